@@ -55,6 +55,7 @@ class SinglePointTest : public ::testing::Test {
   }
 };
 
+//! [single point]
 TEST_F(SinglePointTest, PositionVelocityAndClocks) {
   receiver_.velocity_ned_mps = {12.0, -7.0, 0.5};
   const ObservationEpoch e = epoch();
@@ -74,6 +75,7 @@ TEST_F(SinglePointTest, PositionVelocityAndClocks) {
   EXPECT_NEAR(to_seconds(p->instant - log_time(testing::sky_time())), 0.0, 2e-9);
   for (const SatelliteResidual& r : p->residuals) EXPECT_LT(std::abs(r.range_m), 1e-3);
 }
+//! [single point]
 
 TEST_F(SinglePointTest, IsIndependentOfTheInitialPosition) {
   const Eigen::Vector3d there = ecef_from_geodetic(receiver_.position);

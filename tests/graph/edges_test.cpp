@@ -13,6 +13,7 @@ TEST(Edges, KeepTheLaws) {
   const SE2d planar(1.0, 2.0, Angle::degrees(30));
   const SE3d spatial =
       SE3d::exp((Eigen::Matrix<double, 6, 1>() << 1, -2, 3, 0.4, 0.2, -0.3).finished());
+  //! [laws]
   EdgeLaws<Prior<SE2d>>{{Prior<SE2d>{planar}}, 0.5}.check();
   EdgeLaws<Prior<SE3d>>{{Prior<SE3d>{spatial}}, 0.5}.check();
   EdgeLaws<Prior<Eigen::Vector2d>>{{Prior<Eigen::Vector2d>{Eigen::Vector2d(1.0, -2.0)}}}.check();
@@ -20,6 +21,7 @@ TEST(Edges, KeepTheLaws) {
   EdgeLaws<Between<SE3d>>{{Between<SE3d>{spatial}}, 0.5}.check();
   EdgeLaws<LandmarkPosition<SE2d>>{{LandmarkPosition<SE2d>{Eigen::Vector2d(3, -1)}}}.check();
   EdgeLaws<LandmarkPosition<SE3d>>{{LandmarkPosition<SE3d>{Eigen::Vector3d(3, -1, 2)}}}.check();
+  //! [laws]
   // Near the landmark the bearing's third derivative is large, and differences are inaccurate.
   EdgeLaws<BearingRange>{{BearingRange{Angle::degrees(20), 4.0}}, 2.0, 50, 1e-4}.check();
   EdgeLaws<RangeTo<SE2d>>{{RangeTo<SE2d>{3.0}}}.check();

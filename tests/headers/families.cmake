@@ -1,7 +1,7 @@
 cmake_minimum_required(VERSION 3.22)
 get_filename_component(ROOT "${ROOT}" ABSOLUTE)
 # Holds the tree to the list of families in src/CMakeLists.txt: includes of headers and sources, links,
-# folders and family headers; and docs/reference/components.md to all of them.
+# folders, family headers and pages in docs/reference/families; and components.md to all of them.
 #
 #   cmake -DROOT=. -P tests/headers/families.cmake            checks
 #   cmake -DROOT=. -DWRITE=ON -P tests/headers/families.cmake writes the page
@@ -139,7 +139,10 @@ foreach(name IN LISTS components)
       string(SUBSTRING "${line}" 3 -1 line)
       string(APPEND page "${line}\n")
     endforeach()
-    string(APPEND page "\n")
+    if(NOT EXISTS "${ROOT}/docs/reference/families/${name}.md")
+      fault("docs/reference/families/${name}.md: the family has no page")
+    endif()
+    string(APPEND page "\nWhere to begin, tuning and an example: [${name}](families/${name}.md).\n\n")
   endif()
   string(APPEND page "| header | component |\n|---|---|\n")
   foreach(header IN LISTS headers_${name})

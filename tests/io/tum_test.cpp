@@ -17,6 +17,7 @@ TEST(Tum, PlanarGolden) {
   EXPECT_EQ(format_tum(trajectory), "976052857.137530000 1.5 -2 0 0 0 0 1\n");
 }
 
+//! [tum]
 TEST(Tum, PlanarRoundTrip) {
   Trajectory trajectory;
   for (int i = 0; i < 100; ++i) {
@@ -39,6 +40,7 @@ TEST(Tum, PlanarRoundTrip) {
   }
   EXPECT_FALSE(write_tum(folder / "t.tum", trajectory));  // it exists
 }
+//! [tum]
 
 TEST(Tum, SpatialRoundTrip) {
   const Trajectory3 trajectory = {

@@ -15,6 +15,7 @@ using ::testing::HasSubstr;
 
 LogTime some_time() { return LogTime::from_nanoseconds(1'700'000'000'123'456'789); }
 
+//! [message]
 TEST(Messages, LaserScan) {
   LaserScan scan{some_time(), Angle::degrees(-180.0), Angle::degrees(1.0), 0.15F, 12.0F, {}};
   std::mt19937 random(1);
@@ -39,6 +40,7 @@ TEST(Messages, LaserScan) {
                 1e-12);
   }
 }
+//! [message]
 
 TEST(Messages, PointCloud) {
   for (const std::size_t n : {0U, 1U, 2U, 3U, 57U}) {

@@ -133,6 +133,7 @@ TEST(Fuse, WeighsByInverseCovarianceAcrossTheWrap) {
   EXPECT_NEAR(both->mean.x(), 1.0, 1e-12);
 }
 
+//! [fuse]
 TEST(Fuse, SumsInformationAndKeepsEqualMeans) {
   const Gaussian<SE2d> wheels = DifferentialDriveModel{}(0.20, 0.24);
   const Gaussian<SE2d> gyro = GyroMotion{}(0.22, 0.5, 0.2);
@@ -142,6 +143,7 @@ TEST(Fuse, SumsInformationAndKeepsEqualMeans) {
   EXPECT_TRUE((both->covariance * sum).isIdentity(1e-9)) << both->covariance * sum;
   EXPECT_LE(both->mean.minus(wheels.mean).norm(), 1e-12);  // both rotated by 0.1 rad
 }
+//! [fuse]
 
 TEST(Fuse, NamesNonFiniteInput) {
   const auto both = fuse(DifferentialDriveModel{}(0.2, 0.2), GyroMotion{}(0.2, std::nan(""), 0.1));

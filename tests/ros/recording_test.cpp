@@ -66,11 +66,13 @@ void expect_same(const Recording& read, const Recording& wanted) {
   EXPECT_TRUE(same(read.T_base_radar.raw(), wanted.T_base_radar.raw()));
 }
 
+//! [read]
 Result<ros::RobotRun> read_back(const std::string& path, const ros::TopicNames& names = {}) {
   const auto file = ros::RecordingFile::open(path);
   if (!file) return file.error();
   return ros::read_robot(*file, names);
 }
+//! [read]
 
 template <class T>
 std::string why(const Result<T>& result) {
@@ -85,6 +87,7 @@ class Recordings : public ::testing::TestWithParam<const char*> {
   TemporaryFolder folder_;
 };
 
+//! [round trip]
 TEST_P(Recordings, RoundTripToTheBit) {
   const Recording wanted = sample_run(300);
   write_sample(path(), wanted);
@@ -96,6 +99,7 @@ TEST_P(Recordings, RoundTripToTheBit) {
   EXPECT_EQ(run->radar_topic, "/radar");
   expect_same(run->recording, wanted);
 }
+//! [round trip]
 
 TEST_P(Recordings, OfARealLogRoundTripToTheBit) {
   const std::string log = WAYFARE_DATA_DIR "/slam2d/intel.clf.gz";

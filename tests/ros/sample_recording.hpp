@@ -40,6 +40,7 @@ inline Recording sample_run(int scans) {
   return r;
 }
 
+//! [write]
 inline void write_sample(const std::string& path, const Recording& recording) {
   auto writer = ros::RecordingWriter::create(path);
   ASSERT_TRUE(writer) << writer.error().to_string();
@@ -47,5 +48,6 @@ inline void write_sample(const std::string& path, const Recording& recording) {
   ASSERT_TRUE(written) << written.error().to_string();
   ASSERT_TRUE(writer->close());
 }
+//! [write]
 
 }  // namespace wayfare::testing

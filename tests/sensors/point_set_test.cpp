@@ -27,6 +27,7 @@ TEST(PointSet, IsPaddedToWholeVectorsWithItsLastPoint) {
   EXPECT_FLOAT_EQ(points.max_norm_m(), 40.0F * std::sqrt(2.0F));
 }
 
+//! [end points]
 TEST(PointSet, EndPointsOnlyOfBeamsThatReturned) {
   LaserScan scan;
   scan.first_bearing = Angle::degrees(-90.0);
@@ -40,6 +41,7 @@ TEST(PointSet, EndPointsOnlyOfBeamsThatReturned) {
   EXPECT_LT((points[0] - Eigen::Vector2f(3.0F, 0.0F)).norm(), 1e-6F);
   EXPECT_LT((points[1] - Eigen::Vector2f(-2.0F, 0.0F)).norm(), 1e-6F);
 }
+//! [end points]
 
 TEST(PointSet, ThinnedPointsAreSpacedAndNear) {
   PointSet wall;

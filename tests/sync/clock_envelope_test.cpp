@@ -15,6 +15,7 @@ LogTime log_at(double s) {
   return LogTime::from_nanoseconds(1'700'000'000'000'000'000) + from_seconds(s);
 }
 
+//! [envelope]
 TEST(ClockEnvelope, FindsDriftAndMinimumDelay) {
   std::mt19937 random(1);
   std::exponential_distribution<double> late(1.0 / 0.005);
@@ -36,6 +37,7 @@ TEST(ClockEnvelope, FindsDriftAndMinimumDelay) {
   EXPECT_NEAR(clock.rate(), 1.0 / (1.0 + drift), 10e-6);
   EXPECT_EQ(clock.restarts(), 0U);
 }
+//! [envelope]
 
 TEST(ClockEnvelope, RestartsWithTheDevice) {
   ClockEnvelope clock;

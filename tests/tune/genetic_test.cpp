@@ -18,6 +18,7 @@ std::vector<Gene> genes(std::size_t n) {
   return all;
 }
 
+//! [fitness]
 /// Zero if every linear gene is 1 and every logarithmic one 10.
 void bowl(std::size_t n, std::span<const double> x, std::span<double> scores) {
   for (std::size_t i = 0; i < scores.size(); ++i) {
@@ -40,6 +41,7 @@ GeneticState run(const GeneticSearch& search, const BatchFitness& fitness) {
   while (!search.finished(s)) s = search.next(s, fitness);
   return s;
 }
+//! [fitness]
 
 TEST(Gene, UnitValueRoundTrip) {
   const Gene linear{"a", -2.0, 6.0, false}, logarithmic{"b", 1e-4, 1e2, true};
@@ -53,6 +55,7 @@ TEST(Gene, UnitValueRoundTrip) {
   EXPECT_EQ(logarithmic.unit(-1.0), 0.0);
 }
 
+//! [search]
 TEST(Genetic, FindsTheMinimumOfABowl) {
   const GeneticOptions o{.population = 200, .generations = 60, .elite = 4};
   const GeneticSearch search(genes(8), o);
@@ -63,6 +66,7 @@ TEST(Genetic, FindsTheMinimumOfABowl) {
   const auto best = search.best(s);
   for (std::size_t g = 0; g < 8; g += 2) EXPECT_NEAR(best[g], 1.0, 0.25);
 }
+//! [search]
 
 TEST(Genetic, KeepsTheBestAndStaysInBounds) {
   const GeneticOptions o{

@@ -74,9 +74,12 @@ class BasicAngle {
   T radians_{};
 };
 
+/// Of scalars; of dual numbers and packs: BasicAngle<T>.
 using Angle = BasicAngle<double>;
 
 inline namespace literals {
+/// @{
+/// Literals of angles, after `using namespace wayfare::literals`: `90_deg`, `1.57_rad`.
 constexpr Angle operator""_rad(long double v) { return Angle::radians(static_cast<double>(v)); }
 constexpr Angle operator""_rad(unsigned long long v) {
   return Angle::radians(static_cast<double>(v));
@@ -85,6 +88,7 @@ constexpr Angle operator""_deg(long double v) { return Angle::degrees(static_cas
 constexpr Angle operator""_deg(unsigned long long v) {
   return Angle::degrees(static_cast<double>(v));
 }
+/// @}
 }  // namespace literals
 
 }  // namespace wayfare

@@ -20,6 +20,7 @@ struct ContractViolation {
   const char* function;   ///< that checked
 };
 
+/// Called with a violation; see set_contract_handler.
 using ContractHandler = void (*)(const ContractViolation&);
 
 namespace detail {

@@ -148,13 +148,13 @@ struct NumTraits<wayfare::Dual<T, N>> : NumTraits<T> {
   using Nested = Real;               ///< in expressions
   using Literal = Real;              ///< of literals
   enum {
-    IsComplex = 0,
-    IsInteger = 0,
-    IsSigned = 1,
-    RequireInitialization = 1,
-    ReadCost = 1,
-    AddCost = N + 1,
-    MulCost = 3 * N
+    IsComplex = 0,              ///< a real number
+    IsInteger = 0,              ///< not an integer
+    IsSigned = 1,               ///< with a sign
+    RequireInitialization = 1,  ///< constructed
+    ReadCost = 1,               ///< as T
+    AddCost = N + 1,            ///< of all parts
+    MulCost = 3 * N             ///< of all parts
   };
 };
 

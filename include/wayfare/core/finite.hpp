@@ -1,5 +1,7 @@
 #pragma once
 
+// Whether all numbers of a value are finite.
+
 #include <wayfare/core/manifold.hpp>
 
 namespace wayfare {

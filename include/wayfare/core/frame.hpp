@@ -31,8 +31,10 @@ struct Point {
   Eigen::Matrix<double, N, 1> coordinates_m =
       Eigen::Matrix<double, N, 1>::Zero();  ///< in the axes of `Frame`
 };
+/// A point in the plane, m.
 template <class Frame>
 using Point2 = Point<Frame, 2>;
+/// A point in space, m.
 template <class Frame>
 using Point3 = Point<Frame, 3>;
 
@@ -73,8 +75,10 @@ class Transform {
   Group raw_{};
 };
 
+/// A pose in the plane with its frames: p_to = T_to_from p_from.
 template <class To, class From>
 using Transform2 = Transform<To, From, SE2d>;
+/// A pose in space with its frames: p_to = T_to_from p_from.
 template <class To, class From>
 using Transform3 = Transform<To, From, SE3d>;
 

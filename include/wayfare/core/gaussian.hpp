@@ -1,5 +1,7 @@
 #pragma once
 
+// Gaussians on manifolds: a mean and a covariance in its tangent space, composed and multiplied.
+
 #include <cmath>
 #include <numbers>
 

@@ -1,5 +1,7 @@
 #pragma once
 
+// Samples of a Gaussian on a manifold.
+
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 

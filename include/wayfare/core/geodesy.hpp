@@ -79,6 +79,7 @@ template <class T>
       .finished();
 }
 
+/// Earth-centred, Earth-fixed coordinates, m (Groves 2013, 2.112).
 [[nodiscard]] inline Eigen::Vector3d ecef_from_geodetic(const Geodetic& p) {
   const double sp = std::sin(p.latitude.radians()), cp = std::cos(p.latitude.radians());
   const double n = transverse_radius_m(sp);
@@ -121,6 +122,7 @@ template <class T>
          (ecef_from_geodetic(p) - ecef_from_geodetic(origin));
 }
 
+/// The inverse of ned_from_geodetic.
 [[nodiscard]] inline Geodetic geodetic_from_ned(const Eigen::Vector3d& ned_m,
                                                 const Geodetic& origin) {
   return geodetic_from_ecef(ecef_from_geodetic(origin) + rotation_ecef_ned(origin) * ned_m);

@@ -35,6 +35,7 @@ enum class StopReason {
   no_progress,     ///< no damping up to its maximum lowers the cost
 };
 
+/// In words, for reports.
 [[nodiscard]] constexpr std::string_view to_string(StopReason reason) {
   switch (reason) {
     case StopReason::converged:

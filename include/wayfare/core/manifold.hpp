@@ -64,9 +64,11 @@ template <class M>
   }
 }
 
+/// Tangent vector of a manifold, kDof × 1.
 template <class M>
 using TangentOf = typename ManifoldTraits<M>::Tangent;
 
+/// Square matrix of its tangent space, kDof × kDof, such as a covariance.
 template <class M>
 using SquareOf = Eigen::Matrix<typename ManifoldTraits<M>::Scalar, ManifoldTraits<M>::kDof,
                                ManifoldTraits<M>::kDof>;

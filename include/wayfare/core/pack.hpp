@@ -159,23 +159,28 @@ struct Pack {
   }
 };
 
+/// Whether at least one lane is true.
 template <class T, int N>
 [[nodiscard]] bool any(const Mask<T, N>& m) {
   typename Mask<T, N>::Int bits = 0;
   for (int i = 0; i < N; ++i) bits |= m.v[i];
   return bits != 0;
 }
+/// Whether every lane is true.
 template <class T, int N>
 [[nodiscard]] bool all(const Mask<T, N>& m) {
   return !any(!m);
 }
 
+/// @{
+/// Of a scalar comparison, for code that is generic in the number of lanes.
 [[nodiscard]] constexpr bool any(bool m) { return m; }
 [[nodiscard]] constexpr bool all(bool m) { return m; }
 template <std::floating_point T>
 [[nodiscard]] constexpr T select(bool m, std::type_identity_t<T> yes, T no) {
   return m ? yes : no;
 }
+/// @}
 
 /// The result of comparing two T: bool, or a mask of lanes.
 template <class T>
@@ -202,6 +207,7 @@ template <class T>
   else
     return x[i];
 }
+/// Sets lane `i` of a pack or a mask; a scalar or bool has one lane.
 template <class T, class U>
 void set_lane(T& x, [[maybe_unused]] int i, U value) {
   const auto converted = static_cast<typename LaneOf<T>::Type>(value);
@@ -224,7 +230,10 @@ namespace Eigen {
 template <class T, int N>
 struct NumTraits<wayfare::Pack<T, N>> : GenericNumTraits<wayfare::Pack<T, N>> {
   using Real = wayfare::Pack<T, N>;  ///< has no imaginary part
-  enum { IsSigned = 1, RequireInitialization = 0 };
+  enum {
+    IsSigned = 1,              ///< with a sign
+    RequireInitialization = 0  ///< like T
+  };
   /// @{
   /// Of a lane.
   static Real epsilon() { return Real(NumTraits<T>::epsilon()); }
@@ -239,7 +248,9 @@ namespace internal {
 /// Arrays of packs are aligned as packs are, which may be more than Eigen's default.
 template <class T, int N, int Size>
 struct compute_default_alignment<wayfare::Pack<T, N>, Size> {
-  enum { value = 0 };
+  enum {
+    value = 0  ///< that of the type
+  };
 };
 }  // namespace internal
 }  // namespace Eigen

@@ -1,5 +1,7 @@
 #pragma once
 
+// Loops on several threads with the same result for any number.
+
 #include <algorithm>
 #include <atomic>
 #include <cstddef>

@@ -12,6 +12,7 @@
 
 namespace wayfare {
 
+/// Kind of a failure, for programs; the message is for people.
 enum class ErrorCode {
   io,           ///< a file or device could not be opened, read or written
   parse,        ///< bytes or text that do not follow their format

@@ -93,7 +93,7 @@ class SO2 {
   T sin_{0};
 };
 
-using SO2d = SO2<double>;
+using SO2d = SO2<double>;  ///< of double
 
 /// A rigid motion of the plane. Tangent vectors are (x, y, θ) in metres and radians.
 template <class T>
@@ -215,8 +215,8 @@ class SE2 {
   SO2<T> rotation_{};
 };
 
-using SE2d = SE2<double>;
-using SE2f = SE2<float>;
+using SE2d = SE2<double>;  ///< of double
+using SE2f = SE2<float>;   ///< of float
 
 /// The pose at the fraction `u` of the constant-twist path from `a` to `b`.
 template <class G>

@@ -127,7 +127,7 @@ class SO3 {
   Quaternion q_ = Quaternion::Identity();
 };
 
-using SO3d = SO3<double>;
+using SO3d = SO3<double>;  ///< of double
 
 /// Rz(yaw) Ry(pitch) Rx(roll), radians; for `q_nb` the vehicle's attitude angles.
 [[nodiscard]] inline SO3d rotation_from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw_rad) {
@@ -256,6 +256,6 @@ class SE3 {
   SO3<T> rotation_{};
 };
 
-using SE3d = SE3<double>;
+using SE3d = SE3<double>;  ///< of double
 
 }  // namespace wayfare

@@ -64,6 +64,7 @@ template <std::ranges::random_access_range Values, class Projection = std::ident
   return Value(std::invoke(projection, *middle));
 }
 
+/// Statistics of the values; NaN and a count of zero without any.
 [[nodiscard]] inline Summary summarise(std::span<const double> values) {
   Summary s;
   s.count = values.size();

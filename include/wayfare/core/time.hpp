@@ -13,6 +13,7 @@
 
 namespace wayfare {
 
+/// A difference of two times, whole nanoseconds.
 using Duration = std::chrono::nanoseconds;
 
 namespace detail {
@@ -120,7 +121,7 @@ class Time {
   Duration since_epoch_{0};
 };
 
-using LogTime = Time<LogClock>;
+using LogTime = Time<LogClock>;  ///< of the recording, the host's clock
 
 /// A duration in seconds.
 [[nodiscard]] constexpr double to_seconds(Duration d) {

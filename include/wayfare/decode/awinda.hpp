@@ -26,18 +26,19 @@ namespace wayfare::decode {
 
 /// A tracker's integrals at the end of a frame, in the units of the message.
 struct AwindaSnapshot {
-  std::uint32_t device = 0;
+  std::uint32_t device = 0;    ///< id of the tracker
   std::uint32_t frame = 0;     ///< one for each sample period, of all trackers of a station
   bool retransmitted = false;  ///< late, and perhaps after later ones
   std::array<std::int32_t, 3> orientation{};  ///< 2^-31: three components of a unit quaternion
   std::array<std::int32_t, 3> velocity{};     ///< 2^-16 m/s, modulo 2^28
   std::array<std::int16_t, 3> field{};        ///< 2^-12 of the Earth's field where calibrated
-  std::uint32_t pressure = 0;
+  std::uint32_t pressure = 0;                 ///< of the air; its unit is not known
   /// Bits 0 to 2, 3 to 5, 6 to 8: an axis of acceleration, rate, field is clipped; 9: the field is
   /// new; 11, 12: the component of the orientation that is omitted.
   std::uint16_t status = 0;
-  std::uint8_t clipped_acceleration = 0, clipped_rate = 0;  ///< counters
-  std::optional<std::int8_t> rssi_dbm;
+  std::uint8_t clipped_acceleration = 0,  ///< counter of the tracker
+      clipped_rate = 0;                   ///< counter of the tracker
+  std::optional<std::int8_t> rssi_dbm;    ///< signal strength at the station
 
   /// From the tracker's axes to those at the start of integration. The largest component is
   /// omitted; the status contains its index.
@@ -53,6 +54,7 @@ struct AwindaSnapshot {
     q[omitted] = std::sqrt(std::max(0.0, rest));
     return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
   }
+  /// In units of the Earth's field.
   [[nodiscard]] Eigen::Vector3d field_au() const {
     return Eigen::Vector3d(field[0], field[1], field[2]) / 4096.0;
   }
@@ -88,11 +90,12 @@ struct AwindaSnapshot {
 
 /// Mean rate and specific force between two snapshots, in the tracker's axes at the first.
 struct AwindaMotion {
-  std::uint32_t device = 0;
+  std::uint32_t device = 0;  ///< id of the tracker
   std::uint32_t frame = 0;   ///< of the later snapshot
   std::uint32_t frames = 0;  ///< between the two; more than 1 bridges lost ones
   Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< specific force
-  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();         ///< mean
+  /// Of the later snapshot, in units of the Earth's field.
   Eigen::Vector3d field_au = Eigen::Vector3d::Zero();
   std::uint16_t status = 0;  ///< of the later snapshot
 };
@@ -139,17 +142,19 @@ namespace detail {
 
 /// A station's configuration message (0D): its id and those of its trackers.
 struct AwindaConfiguration {
-  std::uint32_t station = 0;
-  double period_s = 0.0;  ///< of the station's clock, in units of 1/115200 s; 0: not given
-  std::uint16_t trackers = 0;
-  Bytes data;
+  std::uint32_t station = 0;   ///< its id
+  double period_s = 0.0;       ///< of the station's clock, in units of 1/115200 s; 0: not given
+  std::uint16_t trackers = 0;  ///< number of them
+  Bytes data;                  ///< of the message; must outlive this
 
+  /// Id of a tracker.
   [[nodiscard]] std::uint32_t tracker(std::size_t i) const {
     WAYFARE_EXPECTS(i < trackers, "there is no such tracker");
     return load_be<std::uint32_t>(&data[98 + 20 * i]);
   }
 };
 
+/// Of the data of message 0D; nullopt where its length does not match the number of trackers.
 [[nodiscard]] inline std::optional<AwindaConfiguration> awinda_configuration(Bytes data) {
   if (data.size() < 98) return std::nullopt;
   AwindaConfiguration c{load_be<std::uint32_t>(data.data()),
@@ -166,6 +171,7 @@ struct AwindaConfiguration {
 template <std::size_t kWindow = 32>
 class AwindaReorderBuffer {
  public:
+  /// Takes a snapshot and passes those now in order to `sink(const AwindaSnapshot&)`.
   template <class Sink>
   void add(const AwindaSnapshot& snapshot, Sink&& sink) {
     if (!std::exchange(started_, true)) next_ = snapshot.frame;
@@ -249,6 +255,7 @@ class AwindaStation {
     }
     tracker->order.add(snapshot, [&](const AwindaSnapshot& s) { follow(*tracker, s, sink); });
   }
+  /// Delivers the motions of the snapshots still buffered.
   template <class Sink>
   void finish(Sink&& sink) {
     for (std::size_t i = 0; i < trackers_; ++i) {
@@ -258,14 +265,17 @@ class AwindaStation {
     }
   }
 
+  /// Number of trackers seen.
   [[nodiscard]] std::size_t trackers() const { return trackers_; }
   /// Snapshots of trackers beyond `kTrackers`, or without a valid period.
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
+  /// Snapshots of all trackers that were late or duplicate.
   [[nodiscard]] std::uint64_t late() const {
     std::uint64_t sum = 0;
     for (const Tracker& tracker : all_) sum += tracker.order.late();
     return sum;
   }
+  /// Frames of all trackers that were dropped.
   [[nodiscard]] std::uint64_t missing() const {
     std::uint64_t sum = 0;
     for (const Tracker& tracker : all_) sum += tracker.order.missing();

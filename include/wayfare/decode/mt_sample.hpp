@@ -21,33 +21,43 @@
 namespace wayfare::decode {
 
 /// The reference frame of orientations and velocities.
-enum class MtFrame : std::uint8_t { enu = 0, ned = 4, nwu = 8 };
+enum class MtFrame : std::uint8_t {
+  enu = 0,  ///< east, north, up
+  ned = 4,  ///< north, east, down
+  nwu = 8,  ///< north, west, up
+};
 
+/// What a message contains, each quantity if the device sends it.
 struct MtSample {
   std::optional<std::uint16_t> packet_counter;    ///< wraps around after 65 535
   std::optional<std::uint32_t> sample_time_fine;  ///< 0.1 ms; wraps around at 2³² or after a day
-  std::optional<std::uint32_t> sample_time_coarse;  ///< s
-  std::optional<MtUtc> utc;
-  std::optional<std::uint8_t> status_byte;
-  std::optional<std::uint32_t> status_word;
-  std::optional<double> temperature_c;
-  std::optional<std::uint32_t> pressure_pa;
+  std::optional<std::uint32_t> sample_time_coarse;        ///< s
+  std::optional<MtUtc> utc;                               ///< of the sample
+  std::optional<std::uint8_t> status_byte;                ///< bits as sent
+  std::optional<std::uint32_t> status_word;               ///< bits as sent
+  std::optional<double> temperature_c;                    ///< of the device
+  std::optional<std::uint32_t> pressure_pa;               ///< of the air
   std::optional<Eigen::Vector3d> acceleration_mps2;       ///< specific force, +g upward at rest
   std::optional<Eigen::Vector3d> free_acceleration_mps2;  ///< without gravity, in `frame`
-  std::optional<Eigen::Vector3d> delta_v_mps, rate_radps;
-  std::optional<Eigen::Vector3d> acceleration_hr_mps2, rate_hr_radps;
+  std::optional<Eigen::Vector3d> delta_v_mps,  ///< velocity increment of the sampling period
+      rate_radps;                              ///< angular rate
+  std::optional<Eigen::Vector3d> acceleration_hr_mps2,  ///< at the sensor's own rate
+      rate_hr_radps;                                    ///< the same of the angular rate
   std::optional<Eigen::Vector3d>
-      magnetic_field_au;  ///< in units of the Earth's field where calibrated
-  std::optional<Eigen::Vector4d> delta_q, quaternion;  ///< w, x, y, z; sensor to `frame`
-  std::optional<Eigen::Vector3d> euler_deg;            ///< roll, pitch, yaw
-  std::optional<Eigen::Matrix3d> rotation_matrix;
-  std::optional<Eigen::Vector2d> lat_lon_deg;
-  std::optional<double> altitude_msl_m, altitude_ellipsoid_m;
-  std::optional<Eigen::Vector3d> velocity_mps, position_ecef_m;
-  std::optional<MtGnss> gnss;
-  std::optional<std::int8_t> rssi_dbm;
-  MtFrame frame = MtFrame::enu;  ///< of the orientation, acceleration or velocity
-  std::uint16_t unknown = 0;     ///< packets of another id or of a wrong length
+      magnetic_field_au;                     ///< in units of the Earth's field where calibrated
+  std::optional<Eigen::Vector4d> delta_q,    ///< rotation of the sampling period, w, x, y, z
+      quaternion;                            ///< w, x, y, z; sensor to `frame`
+  std::optional<Eigen::Vector3d> euler_deg;  ///< roll, pitch, yaw
+  std::optional<Eigen::Matrix3d> rotation_matrix;  ///< sensor to `frame`
+  std::optional<Eigen::Vector2d> lat_lon_deg;      ///< of the receiver
+  std::optional<double> altitude_msl_m,            ///< above mean sea level
+      altitude_ellipsoid_m;                        ///< above WGS-84
+  std::optional<Eigen::Vector3d> velocity_mps,     ///< in `frame`
+      position_ecef_m;                             ///< WGS-84
+  std::optional<MtGnss> gnss;                      ///< of the receiver
+  std::optional<std::int8_t> rssi_dbm;             ///< signal strength of a wireless tracker
+  MtFrame frame = MtFrame::enu;                    ///< of the orientation, acceleration or velocity
+  std::uint16_t unknown = 0;                       ///< packets of another id or of a wrong length
 };
 
 namespace detail {
@@ -155,6 +165,7 @@ class CounterUnwrapper {
     WAYFARE_EXPECTS(period >= 1 && period <= std::uint64_t{1} << 32, "no period of a counter");
   }
 
+  /// The counter continued beyond its period, from the first count on.
   [[nodiscard]] std::int64_t at(std::uint32_t count) {
     std::int64_t step = (static_cast<std::int64_t>(count) - total_) % period_;
     if (step < 0) step += period_;
@@ -170,9 +181,10 @@ class CounterUnwrapper {
 
 /// The device's SetOutputMode and SetOutputSettings.
 struct MtLegacyLayout {
-  std::uint16_t mode = 0;
-  std::uint32_t settings = 0;
+  std::uint16_t mode = 0;      ///< SetOutputMode: which parts a message has
+  std::uint32_t settings = 0;  ///< SetOutputSettings: their forms
 
+  /// Number format, bits 8 and 9 of the settings.
   [[nodiscard]] MtPrecision precision() const {
     return static_cast<MtPrecision>(settings >> 8 & 3);
   }
@@ -180,15 +192,18 @@ struct MtLegacyLayout {
 
 /// Raw readings of the converters, uncalibrated.
 struct MtRaw {
-  Eigen::Matrix<std::uint16_t, 3, 1> accelerometer, gyroscope, magnetometer;
-  std::uint16_t temperature = 0;
+  Eigen::Matrix<std::uint16_t, 3, 1> accelerometer,  ///< counts
+      gyroscope,                                     ///< counts
+      magnetometer;                                  ///< counts
+  std::uint16_t temperature = 0;                     ///< counts
 };
 
 /// A legacy message: the calibrated parts in the same form as of MTData2.
 struct MtLegacySample {
-  MtSample sample;
-  std::optional<MtRaw> raw;
-  std::optional<std::uint16_t> aux1, aux2;
+  MtSample sample;                              ///< calibrated parts
+  std::optional<MtRaw> raw;                     ///< if the layout has them
+  std::optional<std::uint16_t> aux1,            ///< analogue inputs, counts
+      aux2;                                     ///< counts
   std::optional<Eigen::Vector3d> position_lla;  ///< degrees, degrees, m
 };
 

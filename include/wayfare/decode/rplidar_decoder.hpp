@@ -18,13 +18,17 @@ namespace wayfare::decode {
 class RplidarPacket {
  public:
   RplidarPacket() = default;
+  /// Of a checked packet; `position`: of its first byte in the stream.
   RplidarPacket(RplidarResponse response, bool descriptor, std::uint64_t position, Bytes bytes)
       : response_(response), descriptor_(descriptor), position_(position), bytes_(bytes) {}
 
   /// The type of the packet; of a descriptor, the type it announces.
   [[nodiscard]] RplidarResponse response() const { return response_; }
+  /// Whether it announces what follows.
   [[nodiscard]] bool is_descriptor() const { return descriptor_; }
+  /// Of its first byte in the stream.
   [[nodiscard]] std::uint64_t position() const { return position_; }
+  /// All of it.
   [[nodiscard]] Bytes bytes() const { return bytes_; }
 
  private:
@@ -65,6 +69,7 @@ class RplidarPacket {
 
 /// Number of consecutive nodes from `at` on, up to this limit.
 inline constexpr std::size_t kRplidarChain = 12;
+/// Number of consecutive nodes that begin at byte `at`, at most kRplidarChain.
 [[nodiscard]] inline std::size_t rplidar_chain(Bytes b, std::size_t at) {
   std::size_t n = 0;
   for (int last = -1; n < kRplidarChain && at + 5 <= b.size() && is_rplidar_node(&b[at]); at += 5) {
@@ -86,17 +91,20 @@ inline constexpr std::size_t kRplidarChain = 12;
 /// nodes, three to twelve, is chosen.
 class RplidarFraming {
  public:
-  using Message = RplidarPacket;
-  static constexpr std::size_t kCapacity = 256;
+  using Message = RplidarPacket;                 ///< a descriptor, response, node or capsule
+  static constexpr std::size_t kCapacity = 256;  ///< bytes, more than the longest packet
 
   RplidarFraming() = default;
   /// For streams that begin inside a response of nodes or capsules; others are searched for a
   /// descriptor.
   explicit RplidarFraming(RplidarResponse inside) : inside_(inside) { end_stream(); }
 
+  /// Ends the current response: the next packet is a descriptor.
   void expect_reply() { expect(RplidarResponse::none); }
+  /// Before another stream: as constructed.
   void end_stream() { expect(is_rplidar_scan(inside_) ? inside_ : RplidarResponse::none); }
 
+  /// What begins at the front of the stream.
   Look look(const Front& front, DecoderStatistics& statistics) {
     examined_ += std::min<std::size_t>(front.bytes.size(), kCapacity);
     is_descriptor_ = false;
@@ -115,12 +123,14 @@ class RplidarFraming {
     }
   }
 
+  /// Passes the packet to `sink(const RplidarPacket&)`.
   template <class Sink>
   void deliver(Bytes bytes, std::uint64_t position, Sink& sink) {
     const RplidarPacket packet(is_descriptor_ ? response_ : delivered_, is_descriptor_, position,
                                bytes);
     sink(packet);
   }
+  /// Number of bytes inspected so far.
   [[nodiscard]] std::uint64_t examined() const { return examined_; }
 
  private:
@@ -250,6 +260,6 @@ class RplidarFraming {
   std::uint64_t examined_ = 0;
 };
 
-using RplidarDecoder = StreamDecoder<RplidarFraming>;
+using RplidarDecoder = StreamDecoder<RplidarFraming>;  ///< of a byte stream to packets
 
 }  // namespace wayfare::decode

@@ -16,9 +16,10 @@ namespace wayfare::decode {
 
 /// Bytes to send, all within five seconds.
 struct RplidarRequest {
-  std::array<std::uint8_t, 16> content{};
-  std::size_t size = 0;
+  std::array<std::uint8_t, 16> content{};  ///< the first `size` are sent
+  std::size_t size = 0;                    ///< bytes
 
+  /// What to send.
   [[nodiscard]] Bytes bytes() const { return Bytes(content).first(size); }
 };
 
@@ -56,13 +57,17 @@ constexpr RplidarRequest rplidar_scan(bool force = false) {
 constexpr RplidarRequest rplidar_express_scan(std::uint8_t mode = 0) {
   return detail::rplidar_request(0x82, {mode, 0, 0, 0, 0});
 }
+/// Queries model, firmware and serial number.
 constexpr RplidarRequest rplidar_get_info() { return detail::rplidar_request(0x50); }
+/// Queries the state.
 constexpr RplidarRequest rplidar_get_health() { return detail::rplidar_request(0x52); }
+/// Queries the times of one sample.
 constexpr RplidarRequest rplidar_get_sample_rate() { return detail::rplidar_request(0x59); }
 /// Queries a setting (firmware 1.24 and later); keys 0x71, 0x74, 0x75, 0x7F are per mode.
 constexpr RplidarRequest rplidar_get_conf(std::uint32_t key) {
   return detail::rplidar_request(0x84, {key, key >> 8, key >> 16, key >> 24});
 }
+/// Queries a setting of one scan mode.
 constexpr RplidarRequest rplidar_get_conf(std::uint32_t key, std::uint16_t mode) {
   return detail::rplidar_request(
       0x84, {key, key >> 8, key >> 16, key >> 24, mode, static_cast<unsigned>(mode >> 8)});
@@ -79,25 +84,25 @@ constexpr RplidarRequest rplidar_motor_speed(std::uint16_t rpm) {
 
 /// The type of a response, from its descriptor.
 enum class RplidarResponse : std::uint8_t {
-  none = 0,
-  info = 0x04,
-  health = 0x06,
-  sample_rate = 0x15,
-  conf = 0x20,
-  conf_set = 0x21,
-  node = 0x81,
-  express = 0x82,
-  ultra = 0x84,
-  dense = 0x85,
-  board_flags = 0xFF,
+  none = 0,            ///< no response
+  info = 0x04,         ///< RplidarInfo
+  health = 0x06,       ///< RplidarHealth
+  sample_rate = 0x15,  ///< RplidarSampleRate
+  conf = 0x20,         ///< RplidarConf
+  conf_set = 0x21,     ///< a setting was changed
+  node = 0x81,         ///< one measurement
+  express = 0x82,      ///< capsule of 32 measurements
+  ultra = 0x84,        ///< capsule of 96 measurements
+  dense = 0x85,        ///< capsule of 40 measurements
+  board_flags = 0xFF,  ///< features of the adapter board
 };
 
 /// The seven bytes in front of a response.
 struct RplidarDescriptor {
-  static constexpr std::size_t kBytes = 7;
-  RplidarResponse response = RplidarResponse::none;
-  std::uint32_t length = 0;  ///< of each packet
-  bool stream = false;       ///< packets follow each other until the next request
+  static constexpr std::size_t kBytes = 7;           ///< on the line
+  RplidarResponse response = RplidarResponse::none;  ///< its type
+  std::uint32_t length = 0;                          ///< of each packet
+  bool stream = false;  ///< packets follow each other until the next request
 };
 
 /// Whether this response exists with this length: seven matching bytes are hardly accidental.
@@ -133,29 +138,40 @@ struct RplidarDescriptor {
   return word >> 30 <= 1 && is_known(d) ? std::optional(d) : std::nullopt;
 }
 
+/// Response to rplidar_get_info.
 struct RplidarInfo {
   std::uint8_t model = 0;  ///< high four bits the series (below 4: A), low four the variant
-  std::uint8_t firmware_major = 0, firmware_minor = 0, hardware = 0;
-  std::array<std::uint8_t, 16> serial{};
+  std::uint8_t firmware_major = 0,        ///< before the point
+      firmware_minor = 0,                 ///< after it
+      hardware = 0;                       ///< version
+  std::array<std::uint8_t, 16> serial{};  ///< number
 };
 
+/// Response to rplidar_get_health.
 struct RplidarHealth {
-  enum class Status : std::uint8_t { good = 0, warning = 1, error = 2 };
+  /// The state.
+  enum class Status : std::uint8_t {
+    good = 0,     ///< it measures
+    warning = 1,  ///< it may fail soon
+    error = 2,    ///< it does not measure
+  };
   Status status = Status::error;  ///< after an error a reset is required
-  std::uint16_t code = 0;
+  std::uint16_t code = 0;         ///< of the error or warning
 };
 
 /// Time of one sample.
 struct RplidarSampleRate {
-  std::uint16_t standard_us = 0, express_us = 0;
+  std::uint16_t standard_us = 0,  ///< of a scan of nodes
+      express_us = 0;             ///< of a scan of capsules
 };
 
 /// A setting queried with rplidar_get_conf; the value's meaning depends on the key.
 struct RplidarConf {
-  std::uint32_t key = 0;
-  Bytes value;
+  std::uint32_t key = 0;  ///< as queried
+  Bytes value;            ///< as sent; must outlive this
 };
 
+/// The content of a response of 20 bytes.
 [[nodiscard]] inline std::optional<RplidarInfo> rplidar_info(Bytes b) {
   if (b.size() != 20) return std::nullopt;
   RplidarInfo info{b[0], b[2], b[1], b[3], {}};
@@ -163,16 +179,19 @@ struct RplidarConf {
   return info;
 }
 
+/// The content of a response of 3 bytes.
 [[nodiscard]] inline std::optional<RplidarHealth> rplidar_health(Bytes b) {
   if (b.size() != 3 || b[0] > 2) return std::nullopt;
   return RplidarHealth{static_cast<RplidarHealth::Status>(b[0]), load_le<std::uint16_t>(&b[1])};
 }
 
+/// The content of a response of 4 bytes.
 [[nodiscard]] inline std::optional<RplidarSampleRate> rplidar_sample_rate(Bytes b) {
   if (b.size() != 4) return std::nullopt;
   return RplidarSampleRate{load_le<std::uint16_t>(&b[0]), load_le<std::uint16_t>(&b[2])};
 }
 
+/// The content of a response of 4 bytes or more.
 [[nodiscard]] inline std::optional<RplidarConf> rplidar_conf(Bytes b) {
   if (b.size() < 4) return std::nullopt;
   return RplidarConf{load_le<std::uint32_t>(b.data()), b.subspan(4)};

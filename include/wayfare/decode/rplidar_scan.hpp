@@ -24,18 +24,18 @@ namespace wayfare::decode {
 
 /// One measurement. Angles grow clockwise seen from above.
 struct RplidarPoint {
-  std::uint16_t angle_q6 = 0;     ///< 1/64°, below 360°
-  std::uint32_t distance_q2 = 0;  ///< 1/4 mm; 0: no return
-  std::uint8_t quality = 0;       ///< of the echo, 0 to 63; not in capsules
-  bool start_of_revolution = false;
+  std::uint16_t angle_q6 = 0;        ///< 1/64°, below 360°
+  std::uint32_t distance_q2 = 0;     ///< 1/4 mm; 0: no return
+  std::uint8_t quality = 0;          ///< of the echo, 0 to 63; not in capsules
+  bool start_of_revolution = false;  ///< first of it
 
-  [[nodiscard]] double angle_deg() const { return angle_q6 / 64.0; }
-  [[nodiscard]] double distance_m() const { return distance_q2 / 4000.0; }
+  [[nodiscard]] double angle_deg() const { return angle_q6 / 64.0; }        ///< clockwise
+  [[nodiscard]] double distance_m() const { return distance_q2 / 4000.0; }  ///< 0: no return
   /// In the unit of newer devices and the maker's library: 90° are 2^14.
   [[nodiscard]] std::uint16_t angle_z_q14() const {
     return static_cast<std::uint16_t>((std::uint32_t{angle_q6} << 8) / 90U);
   }
-  bool operator==(const RplidarPoint&) const = default;
+  bool operator==(const RplidarPoint&) const = default;  ///< of all values
 };
 
 /// The point of a node: five bytes that satisfy `is_rplidar_node`.
@@ -127,7 +127,7 @@ class RplidarUnpacker {
     response_ = packet.response();
   }
 
-  void reset() { length_ = 0; }
+  void reset() { length_ = 0; }  ///< before another stream
 
  private:
   static int start_q6(const std::uint8_t* capsule) {
@@ -192,15 +192,15 @@ class RplidarUnpacker {
 
 /// A point with the time it was measured at.
 struct TimedRplidarPoint {
-  RplidarPoint point;
-  LogTime time;
+  RplidarPoint point;  ///< as measured
+  LogTime time;        ///< of the measurement
 };
 
 /// One revolution, valid only during the call of the sink. The first after a start, and one with
 /// more points than fit, is not whole.
 struct RplidarRevolution {
-  std::span<const TimedRplidarPoint> points;
-  bool whole = false;
+  std::span<const TimedRplidarPoint> points;  ///< in order of time
+  bool whole = false;                         ///< from its first point to its last
 };
 
 /// Time from the measurement of a packet's last point to the arrival of its last byte: half a
@@ -242,7 +242,7 @@ class RplidarRevolutions {
     whole_ = false;
   }
 
-  [[nodiscard]] std::uint64_t dropped_points() const { return dropped_; }
+  [[nodiscard]] std::uint64_t dropped_points() const { return dropped_; }  ///< beyond kMaxPoints
 
  private:
   template <class Sink>
@@ -258,6 +258,7 @@ class RplidarRevolutions {
   std::uint64_t dropped_ = 0;
 };
 
+/// Beams and ranges of to_laser_scan.
 struct RplidarScanOptions {
   std::size_t beams = 360;    ///< of the scan, evenly around
   float min_range_m = 0.15F;  ///< nearer points are dropped; those without return always
@@ -306,6 +307,7 @@ class RplidarStream {
     decoder_.feed(bytes, [&](const RplidarPacket& packet) { take(packet, arrived, sink); });
   }
 
+  /// Of bytes and packets.
   [[nodiscard]] const DecoderStatistics& statistics() const { return decoder_.statistics(); }
 
  private:

@@ -40,7 +40,7 @@ struct DecoderStatistics {
   std::uint64_t checksum_failures = 0;  ///< whole frames whose checksum was wrong
   std::uint64_t malformed = 0;          ///< candidate frames with inconsistent lengths or counts
 
-  bool operator==(const DecoderStatistics&) const = default;
+  bool operator==(const DecoderStatistics&) const = default;  ///< all counts
 };
 
 /// The work of a framing, which determines its run time. Depends on the chunks.
@@ -51,15 +51,23 @@ struct DecoderWork {
 
 /// A framing's result on the bytes at the front.
 struct Look {
-  enum class Kind : std::uint8_t { need, frame, skip };
-  Kind kind = Kind::need;
+  /// What to do with them.
+  enum class Kind : std::uint8_t {
+    need,   ///< more bytes are needed
+    frame,  ///< a frame begins here
+    skip,   ///< bytes in no frame
+  };
+  Kind kind = Kind::need;  ///< what to do
   /// need: number of bytes required before the next look, more than present and at most the
   /// framing's kCapacity. frame: its length. skip: number of bytes in no frame, at least one.
   std::size_t bytes = 0;
   std::size_t advance = 0;  ///< frame: where to look next, at least 1 and at most its length
 
+  /// Wait for more bytes.
   [[nodiscard]] static constexpr Look need(std::size_t bytes) { return {Kind::need, bytes, 0}; }
+  /// Pass over bytes that are in no frame.
   [[nodiscard]] static constexpr Look skip(std::size_t bytes) { return {Kind::skip, bytes, 0}; }
+  /// Deliver a frame, and look next after it.
   [[nodiscard]] static constexpr Look frame(std::size_t bytes) {
     return {Kind::frame, bytes, bytes};
   }
@@ -139,9 +147,10 @@ class StreamDecoder {
   static_assert(detail::check_framing<F>());
 
  public:
-  using Message = typename F::Message;
+  using Message = typename F::Message;  ///< what sinks receive
 
   StreamDecoder() = default;
+  /// With a framing that has settings.
   explicit StreamDecoder(F framing) : framing_(std::move(framing)) {}
 
   /// Takes the next bytes of the stream; `sink` is called with every message they complete.
@@ -167,11 +176,15 @@ class StreamDecoder {
     if constexpr (requires { framing_.end_stream(); }) framing_.end_stream();
   }
 
+  /// Counts so far.
   [[nodiscard]] const DecoderStatistics& statistics() const { return statistics_; }
+  /// Run time so far, in operations.
   [[nodiscard]] DecoderWork work() const { return {looks_, framing_.examined()}; }
   /// Bytes of a frame not yet complete.
   [[nodiscard]] std::size_t held() const { return end_ - begin_; }
+  /// To set it between frames.
   [[nodiscard]] F& framing() { return framing_; }
+  /// The device's part.
   [[nodiscard]] const F& framing() const { return framing_; }
 
  private:

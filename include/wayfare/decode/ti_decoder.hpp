@@ -20,6 +20,7 @@
 
 namespace wayfare::decode {
 
+/// Before every frame.
 inline constexpr std::array<std::uint8_t, 8> kTiMagic = {2, 1, 4, 3, 6, 5, 8, 7};
 
 /// The first magic word at or after `from`, or `bytes.size()`. Its eight bytes are all different,
@@ -50,9 +51,10 @@ inline constexpr std::array<std::uint8_t, 8> kTiMagic = {2, 1, 4, 3, 6, 5, 8, 7}
 /// that comes first (cut frames, and demos whose header counts too many bytes).
 class TiFraming {
  public:
-  using Message = TiFrame;
+  using Message = TiFrame;                                        ///< of the sensor's data port
   static constexpr std::size_t kCapacity = std::size_t{1} << 16;  ///< longest frame
 
+  /// What begins at the front of the stream.
   Look look(const Front& front, DecoderStatistics& statistics) {
     const Bytes b = front.bytes;
     if (front.position != start_) {
@@ -77,6 +79,7 @@ class TiFraming {
     return close(b.first(next), header, statistics);
   }
 
+  /// Passes the frame to `sink(const TiFrame&)`.
   template <class Sink>
   void deliver(Bytes bytes, std::uint64_t position, Sink& sink) {
     frame_.position_ = position;
@@ -84,6 +87,7 @@ class TiFraming {
     sink(static_cast<const TiFrame&>(frame_));
   }
 
+  /// Number of bytes inspected so far.
   [[nodiscard]] std::uint64_t examined() const { return examined_; }
 
  private:
@@ -169,50 +173,62 @@ class TiFraming {
   std::size_t scanned_ = 8;  ///< up to here it contains no other magic word
 };
 
-using TiDecoder = StreamDecoder<TiFraming>;
+using TiDecoder = StreamDecoder<TiFraming>;  ///< of a byte stream to frames
 
 /// Parameters of a chirp (`profileCfg`).
 struct TiProfile {
-  int id = 0;
-  double start_ghz = 0.0, idle_us = 0.0, adc_start_us = 0.0, ramp_end_us = 0.0;
-  double slope_mhz_per_us = 0.0;
-  int samples = 0;           ///< ADC samples of a chirp
-  double sample_ksps = 0.0;  ///< sampling rate
-  double gain_db = 0.0;
+  int id = 0;                     ///< of the profile
+  double start_ghz = 0.0,         ///< start of the ramp
+      idle_us = 0.0,              ///< before the ramp
+      adc_start_us = 0.0,         ///< from the start of the ramp
+      ramp_end_us = 0.0;          ///< likewise
+  double slope_mhz_per_us = 0.0;  ///< of the ramp
+  int samples = 0;                ///< ADC samples of a chirp
+  double sample_ksps = 0.0;       ///< sampling rate
+  double gain_db = 0.0;           ///< of the receivers
 };
 
 /// A run of chirps of one profile and one set of transmitters (`chirpCfg`).
 struct TiChirp {
-  int first = 0, last = 0, profile = 0;
+  int first = 0,         ///< index
+      last = 0,          ///< index, included
+      profile = 0;       ///< id of the profile
   unsigned tx_mask = 0;  ///< bit 0 TX1 …
 };
 
 /// Order and repetition of the chirps (`frameCfg`).
 struct TiFrameTiming {
-  int first_chirp = 0, last_chirp = 0, loops = 0;
-  int frames = 0;  ///< 0: until stopped
-  double period_ms = 0.0;
+  int first_chirp = 0,     ///< index
+      last_chirp = 0,      ///< index, included
+      loops = 0;           ///< repetitions of the run in a frame
+  int frames = 0;          ///< 0: until stopped
+  double period_ms = 0.0;  ///< from frame to frame
 };
 
 /// A threshold detector over range (0) or Doppler (1) bins (`cfarCfg`).
 struct TiCfar {
-  bool on = false;
+  bool on = false;         ///< used
   double threshold = 0.0;  ///< dB in SDK 3, a scale before
 };
 
 /// A checked configuration. The field-of-view limits are those applied by the firmware.
 struct TiConfig {
-  unsigned rx_mask = 0, tx_mask = 0;
-  TiProfile profile;  ///< the one the frame's chirps use
-  std::vector<TiChirp> chirps;
-  TiFrameTiming frame;
+  unsigned rx_mask = 0,                         ///< bit 0 RX1 …
+      tx_mask = 0;                              ///< bit 0 TX1 …
+  TiProfile profile;                            ///< the one the frame's chirps use
+  std::vector<TiChirp> chirps;                  ///< in the order of the file
+  TiFrameTiming frame;                          ///< order, repetition, period
   std::array<TiCfar, 2> cfar;                   ///< range, Doppler
-  double min_range_m = 0.0, max_range_m = 0.0;  ///< `cfarFovCfg`; both 0: not given
-  double min_speed_mps = 0.0, max_speed_mps = 0.0;
-  Angle min_azimuth = Angle::degrees(-90.0), max_azimuth = Angle::degrees(90.0);
-  Angle min_elevation = Angle::degrees(-90.0), max_elevation = Angle::degrees(90.0);
-  bool clutter_removal = false;
-  bool extended_velocity = false;
+  double min_range_m = 0.0,                     ///< `cfarFovCfg`; both 0: not given
+      max_range_m = 0.0;                        ///< `cfarFovCfg`
+  double min_speed_mps = 0.0,                   ///< `cfarFovCfg`; both 0: not given
+      max_speed_mps = 0.0;                      ///< `cfarFovCfg`
+  Angle min_azimuth = Angle::degrees(-90.0),    ///< `aoaFovCfg`
+      max_azimuth = Angle::degrees(90.0);       ///< `aoaFovCfg`
+  Angle min_elevation = Angle::degrees(-90.0),  ///< `aoaFovCfg`
+      max_elevation = Angle::degrees(90.0);     ///< `aoaFovCfg`
+  bool clutter_removal = false;                 ///< points at rest are removed
+  bool extended_velocity = false;               ///< speeds are unwrapped by the firmware
   /// Commands that are irrelevant here or unknown, verbatim.
   std::vector<std::string> others;
 };

@@ -16,6 +16,7 @@
 
 namespace wayfare::decode {
 
+/// The header of a frame, without its magic word.
 struct TiHeader {
   std::uint32_t version = 0;       ///< major << 24 | minor << 16 | bugfix << 8 | build
   std::uint32_t total_bytes = 0;   ///< from the magic word to the end of the padding
@@ -24,8 +25,9 @@ struct TiHeader {
   std::uint32_t cycles = 0;        ///< a counter of `ti_clock_hz`, when the frame was built
   std::uint32_t points = 0;        ///< detected objects
   std::uint32_t tlvs = 0;          ///< items that follow
-  std::uint32_t subframe = 0;
+  std::uint32_t subframe = 0;      ///< index, from 0; 0 without subframes
 
+  /// First number of the version.
   [[nodiscard]] std::uint32_t major() const { return version >> 24; }
   /// xWR14xx and the first SDK have no subframe number.
   [[nodiscard]] std::size_t bytes() const {
@@ -38,23 +40,26 @@ struct TiHeader {
   return header.major() >= 3 ? 200e6 : 600e6;
 }
 
+/// Types of items.
 enum class TiTlv : std::uint32_t {
-  points = 1,
-  range_profile = 2,      ///< u16 log2 magnitude (Q9 in SDK 3) for each range bin
-  noise_profile = 3,      ///< the same at the largest Doppler
-  azimuth_heat_map = 4,   ///< i16 (imaginary, real) for each range bin and virtual antenna
-  range_doppler_map = 5,  ///< u16 for each range bin and Doppler bin
-  statistics = 6,
-  side_info = 7,
+  points = 1,              ///< detected objects
+  range_profile = 2,       ///< u16 log2 magnitude (Q9 in SDK 3) for each range bin
+  noise_profile = 3,       ///< the same at the largest Doppler
+  azimuth_heat_map = 4,    ///< i16 (imaginary, real) for each range bin and virtual antenna
+  range_doppler_map = 5,   ///< u16 for each range bin and Doppler bin
+  statistics = 6,          ///< TiStatistics
+  side_info = 7,           ///< strength and noise of each point
   elevation_heat_map = 8,  ///< as 4, with all virtual antennas
-  temperature = 9,
+  temperature = 9,         ///< TiTemperature
 };
 
 /// A detected point: x right, y forward (boresight), z up.
 struct TiPoint {
-  static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();  ///< not measured
 
-  float x_m = 0.0F, y_m = 0.0F, z_m = 0.0F;
+  float x_m = 0.0F,              ///< right
+      y_m = 0.0F,                ///< forward
+      z_m = 0.0F;                ///< up
   float doppler_mps = kNone;     ///< positive moving away; before SDK 3 only its bin is sent
   std::int16_t snr_ddb = 0;      ///< tenths of dB, where the frame has side information
   std::int16_t noise_ddb = 0;    ///< likewise
@@ -65,15 +70,19 @@ struct TiPoint {
 
 /// Timing and load of the sensor (TLV 6).
 struct TiStatistics {
-  std::uint32_t processing_us = 0, transmit_us = 0, frame_margin_us = 0, chirp_margin_us = 0;
-  std::uint32_t active_load_percent = 0, idle_load_percent = 0;
+  std::uint32_t processing_us = 0,        ///< of the frame
+      transmit_us = 0,                    ///< of the data
+      frame_margin_us = 0,                ///< left in the frame
+      chirp_margin_us = 0;                ///< left in a chirp
+  std::uint32_t active_load_percent = 0,  ///< of the processor in chirps
+      idle_load_percent = 0;              ///< of the processor between frames
 };
 
 /// Chip temperatures (TLV 9), °C: receivers 0…3, transmitters 0…2, power management, digital 0, 1.
 struct TiTemperature {
-  bool valid = false;
-  std::uint32_t time_ms = 0;
-  std::int16_t celsius[10] = {};
+  bool valid = false;             ///< as the sensor reports
+  std::uint32_t time_ms = 0;      ///< since its start
+  std::int16_t celsius[10] = {};  ///< as above
 };
 
 /// A checked frame. It refers to the decoder's bytes: copy what must outlive the sink.
@@ -81,11 +90,15 @@ class TiFrame {
  public:
   TiFrame() = default;
 
+  /// The frame's header.
   [[nodiscard]] const TiHeader& header() const { return header_; }
   [[nodiscard]] std::uint64_t position() const { return position_; }  ///< of its magic word
   [[nodiscard]] Bytes bytes() const { return bytes_; }                ///< all of it
+  /// Number of points.
   [[nodiscard]] std::size_t size() const { return points_; }
+  /// Point i < size().
   [[nodiscard]] TiPoint operator[](std::size_t i) const;
+  /// Whether points have a strength and noise.
   [[nodiscard]] bool has_side_info() const { return !side_info_.empty(); }
 
   /// The payload of the first item of a type; empty where there is none.
@@ -100,7 +113,9 @@ class TiFrame {
       p += 8 + length;
     }
   }
+  /// Item 6; nullopt without it.
   [[nodiscard]] std::optional<TiStatistics> statistics() const;
+  /// Item 9; nullopt without it.
   [[nodiscard]] std::optional<TiTemperature> temperature() const;
 
  private:

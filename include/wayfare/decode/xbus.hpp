@@ -19,29 +19,34 @@ namespace wayfare::decode {
 
 /// Message ids; the response to a request has the next number.
 enum class XbusId : std::uint8_t {
-  configuration = 0x0D,
-  goto_measurement = 0x10,
-  goto_config = 0x30,
-  mt_data = 0x32,
-  mt_data2 = 0x36,
-  wake_up = 0x3E,
-  error = 0x42,
-  output_configuration = 0xC1,
+  configuration = 0x0D,         ///< of a device and its trackers
+  goto_measurement = 0x10,      ///< request
+  goto_config = 0x30,           ///< request
+  mt_data = 0x32,               ///< legacy measurements
+  mt_data2 = 0x36,              ///< measurements
+  wake_up = 0x3E,               ///< the device has started
+  error = 0x42,                 ///< code in the data
+  output_configuration = 0xC1,  ///< what measurements contain
 };
 
 /// A message whose checksum is right. It refers to the decoder's bytes.
 class XbusMessage {
  public:
   XbusMessage() = default;
+  /// Of a checked message; `position`: of its first byte in the stream.
   XbusMessage(std::uint64_t position, Bytes bytes) : position_(position), bytes_(bytes) {}
 
   [[nodiscard]] std::uint8_t bus() const { return bytes_[1]; }  ///< FF: master or single device
+  /// Kind of message.
   [[nodiscard]] XbusId id() const { return static_cast<XbusId>(bytes_[2]); }
+  /// Without head and checksum.
   [[nodiscard]] Bytes data() const {
     const std::size_t head = bytes_[3] == 0xFF ? 6 : 4;
     return bytes_.subspan(head, bytes_.size() - head - 1);
   }
+  /// Of its first byte in the stream.
   [[nodiscard]] std::uint64_t position() const { return position_; }
+  /// All of it.
   [[nodiscard]] Bytes bytes() const { return bytes_; }
 
  private:
@@ -89,9 +94,11 @@ class XbusMessage {
 template <std::size_t kMaxData = 16384>
 class BasicXbusFraming {
  public:
-  using Message = XbusMessage;
+  using Message = XbusMessage;  ///< of the bus
+  /// Longest message with an extended length.
   static constexpr std::size_t kCapacity = kMaxData + 7;
 
+  /// What begins at the front of the stream.
   Look look(const Front& front, DecoderStatistics& statistics) {
     const Bytes b = front.bytes;
     if (b[0] != 0xFA) {
@@ -118,11 +125,13 @@ class BasicXbusFraming {
     return Look::skip(1);
   }
 
+  /// Passes the message to `sink(const XbusMessage&)`.
   template <class Sink>
   void deliver(Bytes bytes, std::uint64_t position, Sink& sink) {
     const XbusMessage message(position, bytes);
     sink(message);
   }
+  /// Number of bytes inspected so far.
   [[nodiscard]] std::uint64_t examined() const { return examined_; }
 
  private:
@@ -146,7 +155,7 @@ class BasicXbusFraming {
   std::uint64_t examined_ = 0;
 };
 
-using XbusFraming = BasicXbusFraming<>;
-using XbusDecoder = StreamDecoder<XbusFraming>;
+using XbusFraming = BasicXbusFraming<>;          ///< of any message up to 16 KiB
+using XbusDecoder = StreamDecoder<XbusFraming>;  ///< of a byte stream to messages
 
 }  // namespace wayfare::decode

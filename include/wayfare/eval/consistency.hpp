@@ -29,8 +29,11 @@ template <class Vector, class Matrix>
   return llt.matrixL().solve(scale.cwiseProduct(error).eval()).squaredNorm();
 }
 
+/// A closed interval.
 struct Interval {
-  double low = 0.0, high = 0.0;
+  double low = 0.0,  ///< its lower bound
+      high = 0.0;    ///< its upper bound
+  /// Bounds included; false for NaN.
   [[nodiscard]] bool contains(double x) const { return x >= low && x <= high; }
 };
 
@@ -47,19 +50,23 @@ struct Interval {
 /// standard error from their sample variance.
 class IndependentMean {
  public:
+  /// Takes one value.
   void add(double x) {
     ++count_;
     const double before = x - mean_;
     mean_ += before / static_cast<double>(count_);
     squares_ += before * (x - mean_);
   }
+  /// Number of values.
   [[nodiscard]] std::size_t count() const { return count_; }
+  /// 0 without values.
   [[nodiscard]] double mean() const { return mean_; }
   /// Standard deviation of one value; NaN for fewer than two.
   [[nodiscard]] double deviation() const {
     if (count_ < 2) return std::numeric_limits<double>::quiet_NaN();
     return std::sqrt(squares_ / (static_cast<double>(count_) - 1.0));
   }
+  /// Of the mean: deviation() / √count.
   [[nodiscard]] double standard_error() const {
     return deviation() / std::sqrt(static_cast<double>(count_));
   }
@@ -73,6 +80,7 @@ class IndependentMean {
 /// Also for innovations (NIS), each of dimension one.
 class NeesOverRuns {
  public:
+  /// `dof`: dimension of the errors; `epochs`: of every run.
   NeesOverRuns(int dof, std::size_t epochs) : dof_(dof), sums_(epochs, 0.0), counts_(epochs, 0) {}
 
   /// A value, or the sum of `count` values; not finite, it counts as infinite.
@@ -85,11 +93,13 @@ class NeesOverRuns {
   [[nodiscard]] std::size_t count() const {
     return std::accumulate(counts_.begin(), counts_.end(), std::size_t{0});
   }
+  /// As given.
   [[nodiscard]] std::size_t epochs() const { return sums_.size(); }
   /// NaN without values.
   [[nodiscard]] double mean(std::size_t epoch) const {
     return sums_[epoch] / static_cast<double>(counts_[epoch]);
   }
+  /// Over all values; NaN without any.
   [[nodiscard]] double mean_of_all() const {
     double sum = 0.0, count = 0.0;
     for (std::size_t k = 0; k < epochs(); ++k)
@@ -120,14 +130,16 @@ class NeesOverRuns {
 template <int N>
 class SigmaCount {
  public:
-  using Vector = Eigen::Matrix<double, N, 1>;
+  using Vector = Eigen::Matrix<double, N, 1>;  ///< one component for each error
 
+  /// An estimation error and its standard deviations, component by component.
   void add(const Vector& error, const Vector& sigma) {
     ++count_;
     for (int k = 1; k <= 3; ++k)
       within_.col(k - 1).array() +=
           (error.array().abs() <= k * sigma.array()).template cast<double>();
   }
+  /// Number of errors.
   [[nodiscard]] std::size_t count() const { return count_; }
   /// `k` in {1, 2, 3}.
   [[nodiscard]] Vector share(int k) const {

@@ -21,7 +21,7 @@ namespace wayfare::eval {
 
 /// True poses of a run, in any frame.
 struct Reference {
-  Trajectory poses = {};
+  Trajectory poses = {};    ///< in order of time
   bool has_heading = true;  ///< else positions alone, such as surveyed points
 };
 
@@ -123,8 +123,8 @@ struct Evaluation {
 
 /// A trajectory's name and its errors.
 struct Evaluated {
-  std::string name;
-  Evaluation errors;
+  std::string name;   ///< row name in tables
+  Evaluation errors;  ///< as of evaluate()
 };
 
 /// Two rows each, started at the same pose (if the reference has headings) and after rigid

@@ -27,11 +27,12 @@ namespace wayfare::eval {
 
 /// Truth minus estimate.
 struct NavError {
-  Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();     ///< north, east, down, m
+  Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();   ///< north, east, down, m/s
   Eigen::Vector3d attitude_body_rad = Eigen::Vector3d::Zero();  ///< rotation vector
 };
 
+/// Errors of an estimate of the same time.
 [[nodiscard]] inline NavError nav_error(const NavState& estimate, const NavState& truth) {
   return {ned_from_geodetic(truth.position, estimate.position),
           truth.velocity_ned_mps - estimate.velocity_ned_mps, truth.q_nb.minus(estimate.q_nb)};
@@ -39,9 +40,9 @@ struct NavError {
 
 /// A reference trajectory, in order of time.
 struct NavReference {
-  NavTrajectory states;
-  bool has_velocity = false;
-  bool has_attitude = false;
+  NavTrajectory states;       ///< positions at least
+  bool has_velocity = false;  ///< whether velocities are known
+  bool has_attitude = false;  ///< whether attitudes are known
 };
 
 namespace detail {
@@ -120,10 +121,12 @@ template <class State, class TimeOf>
 /// Estimate minus reference over time, and the filter's standard deviation: position and velocity
 /// north, east, down (m, m/s), roll, pitch, yaw (degrees). NaN if unknown.
 struct NavErrors {
-  static constexpr std::size_t kCount = 9;
-  std::vector<double> time_s;
-  std::array<std::vector<double>, kCount> error, sigma;
+  static constexpr std::size_t kCount = 9;        ///< position, velocity, attitude: three each
+  std::vector<double> time_s;                     ///< of each state compared, since `start`
+  std::array<std::vector<double>, kCount> error,  ///< estimate minus reference
+      sigma;                                      ///< standard deviation of the filter
 
+  /// Horizontal position error of state `i`, m.
   [[nodiscard]] double horizontal(std::size_t i) const {
     return std::hypot(error[0][i], error[1][i]);
   }
@@ -169,8 +172,8 @@ struct NavErrors {
 
 /// Single-point position of each epoch, or the fixes.
 struct PlainGnss {
-  std::vector<double> time_s;
-  std::vector<Geodetic> position;
+  std::vector<double> time_s;                ///< of each epoch or fix
+  std::vector<Geodetic> position;            ///< of each epoch or fix
   std::vector<Eigen::Vector3d> error_ned_m;  ///< NaN outside of the reference
 };
 

@@ -23,27 +23,29 @@ namespace wayfare::eval {
 
 /// The true pose of the robot at `second` relative to that at `first`.
 struct Relation {
-  LogTime first;
-  LogTime second;
-  SE2d T_first_second;
+  LogTime first;        ///< of one scan
+  LogTime second;       ///< of the other
+  SE2d T_first_second;  ///< true pose of the second in the axes of the first
 };
 
 /// Error of one relation: translation and rotation of δ* ⊖ δ.
 struct RelationError {
-  std::size_t relation = 0;  ///< its index in the list
-  double translation_m = 0.0;
-  double rotation_deg = 0.0;  ///< absolute
+  std::size_t relation = 0;    ///< its index in the list
+  double translation_m = 0.0;  ///< length of the error's translation
+  double rotation_deg = 0.0;   ///< absolute
 };
 
+/// Errors of all relations that could be compared.
 struct RelationsResult {
-  Summary translation_m;
-  Summary rotation_deg;
-  std::size_t used = 0;
+  Summary translation_m;  ///< of the relations used, m
+  Summary rotation_deg;   ///< of the relations used, absolute, degrees
+  std::size_t used = 0;   ///< number of relations compared
   /// Relations with an end outside the trajectory, or in too large a gap; not used.
   std::size_t outside = 0;
   std::vector<RelationError> errors;  ///< one per relation used, in order
 };
 
+/// How poses at the relations' times are found.
 struct RelationsOptions {
   /// Relations that start or end in a gap would measure the interpolation rather than the
   /// trajectory. With this limit 2945 of the 2984 relations of a reduced Intel log are used.

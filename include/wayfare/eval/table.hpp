@@ -1,5 +1,7 @@
 #pragma once
 
+// Tables of names and figures as text.
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
@@ -44,12 +46,14 @@ namespace wayfare::eval {
 /// A text table: the first column contains row names, the others figures.
 class Table {
  public:
+  /// Heading of a column.
   struct Column {
-    std::string name;
+    std::string name;       ///< heading text
     std::string unit = {};  ///< shown in brackets with the name; may be empty
   };
 
   Table() = default;
+  /// Without rows.
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
   /// As many cells as there are columns.
@@ -60,9 +64,12 @@ class Table {
     return *this;
   }
 
+  /// In order.
   [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
+  /// Cells row by row, as added.
   [[nodiscard]] const std::vector<std::vector<std::string>>& rows() const { return rows_; }
 
+  /// `name [unit]`.
   [[nodiscard]] static std::string heading(const Column& column) {
     return column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
   }

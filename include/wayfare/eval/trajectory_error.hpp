@@ -28,11 +28,12 @@ namespace wayfare::eval {
 /// quaternion in world axes with z up (or down), its part about the vertical, and the inclination
 /// error.
 struct AttitudeError {
-  Angle total;
-  Angle heading;
-  Angle inclination;
+  Angle total;        ///< angle of the error quaternion
+  Angle heading;      ///< its part about the vertical
+  Angle inclination;  ///< its part about a horizontal axis
 };
 
+/// Of an estimate against the truth, both body to the same world.
 [[nodiscard]] inline AttitudeError attitude_error(const SO3d& q_world_body, const SO3d& truth) {
   const auto q = (q_world_body * truth.inverse()).quaternion();
   // Angles from both sine and cosine, since an arc cosine near one is accurate to 1e-8 only.
@@ -45,12 +46,14 @@ struct AttitudeError {
 /// Root mean squares of attitude errors.
 class AttitudeRmse {
  public:
+  /// Takes one error.
   void add(const AttitudeError& e) {
     total_ += e.total.radians() * e.total.radians();
     heading_ += e.heading.radians() * e.heading.radians();
     inclination_ += e.inclination.radians() * e.inclination.radians();
     ++count_;
   }
+  /// Number of errors.
   [[nodiscard]] std::size_t count() const { return count_; }
   /// NaN without errors.
   [[nodiscard]] AttitudeError value() const {
@@ -65,6 +68,7 @@ class AttitudeRmse {
   std::size_t count_ = 0;
 };
 
+/// How an estimate is brought into the reference's frame.
 enum class Alignment {
   none,   ///< both trajectories are in the same frame already
   start,  ///< rigid transformation of the estimate that starts it at the reference's pose
@@ -106,9 +110,9 @@ enum class Alignment {
 
 /// An estimated pose and the true one at the same time.
 struct PosePair {
-  LogTime time;
-  SE2d estimate;
-  SE2d reference;
+  LogTime time;    ///< of both
+  SE2d estimate;   ///< estimated pose
+  SE2d reference;  ///< true pose
 };
 
 /// Every sample of `estimate` with the reference interpolated at its time; samples outside the
@@ -124,11 +128,15 @@ struct PosePair {
   return pairs;
 }
 
+/// Absolute trajectory error (ATE) and its parts; NaN without pairs.
 struct AbsoluteError {
-  Summary translation_m;
-  Summary heading_deg;  ///< absolute value
+  Summary translation_m;  ///< distances from the true positions, m
+  Summary heading_deg;    ///< absolute value
+  /// Root mean square of the error along x, m; the axes by AbsoluteOptions::estimate_axes.
   double rmse_x_m = std::numeric_limits<double>::quiet_NaN();
+  /// The same along y.
   double rmse_y_m = std::numeric_limits<double>::quiet_NaN();
+  /// Root mean square of the heading error, degrees.
   double rmse_heading_deg = std::numeric_limits<double>::quiet_NaN();
   /// Of the reference, between the first and the last pair.
   double path_length_m = 0.0;
@@ -136,9 +144,9 @@ struct AbsoluteError {
   double percent_of_path = std::numeric_limits<double>::quiet_NaN();
   double end_m = std::numeric_limits<double>::quiet_NaN();        ///< translation at the last pair
   double end_percent = std::numeric_limits<double>::quiet_NaN();  ///< of the path length
-  SE2d alignment;             ///< applied to the estimate from the left
-  std::size_t unmatched = 0;  ///< estimated poses without a reference
-  std::vector<LogTime> times;
+  SE2d alignment;                      ///< applied to the estimate from the left
+  std::size_t unmatched = 0;           ///< estimated poses without a reference
+  std::vector<LogTime> times;          ///< of the pairs
   std::vector<double> translations_m;  ///< at `times`, for plots
 };
 
@@ -157,9 +165,10 @@ inline SE2d alignment_of(std::span<const PosePair> pairs, Alignment how) {
 
 }  // namespace detail
 
+/// Alignment and axes of the absolute error.
 struct AbsoluteOptions {
-  Alignment alignment = Alignment::rigid;
-  GapLimit gaps = {};  ///< where the reference is not interpolated
+  Alignment alignment = Alignment::rigid;  ///< applied before the errors are taken
+  GapLimit gaps = {};                      ///< where the reference is not interpolated
   /// Errors in x and y along the axes of the estimate's frame instead of the reference's.
   bool estimate_axes = false;
 };
@@ -211,18 +220,25 @@ struct AbsoluteOptions {
 
 /// Separation of the two poses of a relative error.
 struct Span {
-  enum class Kind { time, distance };
+  /// What `length` measures.
+  enum class Kind {
+    time,      ///< s
+    distance,  ///< m along the reference
+  };
 
-  Kind kind = Kind::time;
-  double length = 1.0;  ///< seconds, or metres along the reference
+  Kind kind = Kind::time;  ///< of `length`
+  double length = 1.0;     ///< seconds, or metres along the reference
 
+  /// A separation in time.
   [[nodiscard]] static Span seconds(double s) { return {Kind::time, s}; }
+  /// A separation along the reference's path.
   [[nodiscard]] static Span metres(double m) { return {Kind::distance, m}; }
 };
 
+/// Relative pose error (RPE) over a span.
 struct RelativeError {
-  Summary translation_m;
-  Summary heading_deg;  ///< absolute value
+  Summary translation_m;  ///< of the relative pose, m
+  Summary heading_deg;    ///< absolute value
 };
 
 /// From every pair to the first one at least a span later: (x̂ᵢ⁻¹ x̂ⱼ) against (xᵢ⁻¹ xⱼ).

@@ -1,5 +1,7 @@
 #pragma once
 
+// Fusion of estimates whose correlation is not known.
+
 #include <cmath>
 #include <optional>
 

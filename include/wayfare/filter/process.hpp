@@ -48,6 +48,7 @@ struct CoupledStep {
   Jacobian jacobian;  ///< of the blocks moved, by those they depend on
   Noise noise;        ///< covariance added
 };
+/// The types are those of its members.
 template <class Moved, class Jacobian, class Noise>
 CoupledStep(Moved, Jacobian, Noise) -> CoupledStep<Moved, Jacobian, Noise>;
 

@@ -141,6 +141,7 @@ struct ExpectedInnovation {
 
 // `inline` raises the compiler's size limit for inlining, on which the speed of the filters
 // depends.
+/// What `p` expects of the innovation of a measurement with the row `h`.
 template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P>
 [[nodiscard]] inline auto expected_innovation(const P& p, const IndexedRow<T, Index...>& h) {
   auto cross = p.times(h);
@@ -180,6 +181,7 @@ inline T sequential_update(P& p, Correction& correction, const IndexedRow<T, Ind
   return left * left * weight;
 }
 
+/// The same, with what is expected computed here.
 template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P, class Correction>
 inline T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
                            std::type_identity_t<T> innovation, std::type_identity_t<T> r) {

@@ -32,6 +32,7 @@ struct BlockList {
   static constexpr std::size_t kCount = sizeof...(B);  ///< number of blocks
 };
 
+/// Number of error components of a block.
 template <class B>
 inline constexpr int kBlockDof = ManifoldTraits<typename B::Value>::kDof;
 

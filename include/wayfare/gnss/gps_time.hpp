@@ -22,16 +22,16 @@ struct BeidouClock {};
 /// Galileo system time since 1999-08-22T00:00 of GPS time; no leap seconds, in step with GPS.
 struct GalileoClock {};
 
-inline constexpr Duration kGpsWeek = std::chrono::hours(24 * 7);
+inline constexpr Duration kGpsWeek = std::chrono::hours(24 * 7);  ///< 604800 s
 /// Week 0 of BeiDou and Galileo is this GPS week.
 inline constexpr int kBeidouWeekZero = 1356;
-inline constexpr int kGalileoWeekZero = 1024;
-inline constexpr Duration kGpsMinusBeidou = std::chrono::seconds(14);
+inline constexpr int kGalileoWeekZero = 1024;  ///< week 0 of Galileo is this GPS week
+inline constexpr Duration kGpsMinusBeidou = std::chrono::seconds(14);  ///< constant
 
 /// Week and time of week, [0, 7 d), as used by receivers and files.
 struct WeekTime {
-  int week = 0;
-  Duration of_week{0};
+  int week = 0;         ///< not rolled over
+  Duration of_week{0};  ///< from its start
 };
 
 /// Weeks beyond ±15250 (292 years) give the nearest representable instant.
@@ -42,6 +42,7 @@ struct WeekTime {
   return Time<GpsClock>() + week * kGpsWeek + of_week;
 }
 
+/// The inverse of gps_time(week, of_week).
 [[nodiscard]] constexpr WeekTime week_time(Time<GpsClock> time) {
   const Duration t = time.since_epoch(), rest = t % kGpsWeek;
   const bool before = rest < Duration(0);
@@ -65,29 +66,35 @@ struct WeekTime {
   return reference + (ahead > cycle / 2 ? ahead - cycle : ahead);
 }
 
+/// GPS time of BeiDou time, exact.
 [[nodiscard]] constexpr Time<GpsClock> to_gps(Time<BeidouClock> t) {
   return gps_time(kBeidouWeekZero, kGpsMinusBeidou) + t.since_epoch();
 }
+/// BeiDou time of GPS time, exact.
 [[nodiscard]] constexpr Time<BeidouClock> to_beidou(Time<GpsClock> t) {
   return Time<BeidouClock>() + (t - gps_time(kBeidouWeekZero, kGpsMinusBeidou));
 }
+/// GPS time of Galileo time, exact.
 [[nodiscard]] constexpr Time<GpsClock> to_gps(Time<GalileoClock> t) {
   return gps_time(kGalileoWeekZero, t.since_epoch());
 }
+/// Galileo time of GPS time, exact.
 [[nodiscard]] constexpr Time<GalileoClock> to_galileo(Time<GpsClock> t) {
   return Time<GalileoClock>() + (t - gps_time(kGalileoWeekZero, Duration(0)));
 }
+/// UTC of GLONASS time, exact in leap seconds too.
 [[nodiscard]] constexpr Time<UtcClock> to_utc(Time<GlonassClock> t) {
   return Time<UtcClock>() + t.since_epoch() - std::chrono::hours(3);
 }
+/// GLONASS time of UTC, exact in leap seconds too.
 [[nodiscard]] constexpr Time<GlonassClock> to_glonass(Time<UtcClock> t) {
   return Time<GlonassClock>() + t.since_epoch() + std::chrono::hours(3);
 }
 
 /// From this instant of UTC on GPS is `gps_minus_utc_s` ahead of it.
 struct LeapSecond {
-  Time<UtcClock> from;
-  int gps_minus_utc_s = 0;
+  Time<UtcClock> from;      ///< first instant of UTC
+  int gps_minus_utc_s = 0;  ///< from then on
 };
 
 /// All leap seconds since 1980 announced by IERS Bulletin C up to number 70 (the last: 2017-01-01).
@@ -97,6 +104,7 @@ struct LeapSecond {
 [[nodiscard]] int gps_minus_utc_s(Time<UtcClock> t,
                                   std::span<const LeapSecond> table = leap_second_table());
 
+/// GPS time of UTC, by a table in order of time.
 [[nodiscard]] Time<GpsClock> to_gps(Time<UtcClock> t,
                                     std::span<const LeapSecond> table = leap_second_table());
 /// Within a leap second, the reading of the following second.
@@ -105,18 +113,26 @@ struct LeapSecond {
 
 /// A calendar reading of any of the scales; `of_minute` may be 60 s and more in a leap second.
 struct CivilTime {
-  int year = 1980, month = 1, day = 6, hour = 0, minute = 0;
-  Duration of_minute{0};
+  int year = 1980,        ///< AD
+      month = 1,          ///< 1 to 12
+      day = 6,            ///< from 1
+      hour = 0,           ///< 0 to 23
+      minute = 0;         ///< 0 to 59
+  Duration of_minute{0};  ///< with fractions
 };
 
 /// None for a date that does not exist, a time of day out of range, or a year outside 1980-2099.
 [[nodiscard]] std::optional<Time<GpsClock>> gps_from_civil(const CivilTime& civil);
+/// None as gps_from_civil.
 [[nodiscard]] std::optional<Time<UtcClock>> utc_from_civil(const CivilTime& civil);
+/// None as gps_from_civil.
 [[nodiscard]] std::optional<Time<BeidouClock>> beidou_from_civil(const CivilTime& civil);
+/// The inverse of gps_from_civil.
 [[nodiscard]] CivilTime civil_from_gps(Time<GpsClock> time);
 
 /// A recording whose common time base is GPS time.
 [[nodiscard]] constexpr LogTime log_time(Time<GpsClock> t) { return LogTime() + t.since_epoch(); }
+/// The inverse of log_time.
 [[nodiscard]] constexpr Time<GpsClock> gps_time(LogTime t) {
   return Time<GpsClock>() + t.since_epoch();
 }

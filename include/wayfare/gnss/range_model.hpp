@@ -20,10 +20,11 @@ namespace wayfare {
 
 /// The direction to a satellite in the local level: azimuth clockwise from north, [0, 2π).
 struct LineOfSight {
-  double azimuth_rad = 0.0;
-  double elevation_rad = 0.0;
+  double azimuth_rad = 0.0;    ///< clockwise from north
+  double elevation_rad = 0.0;  ///< above the horizon
 };
 
+/// Azimuth and elevation of a satellite, about the ellipsoid's vertical at the receiver.
 [[nodiscard]] LineOfSight line_of_sight(const Geodetic& receiver,
                                         const Eigen::Vector3d& satellite_ecef_m);
 
@@ -56,9 +57,11 @@ struct KlobucharModel {
 /// A satellite relative to the tangent plane's anchor, in the anchor's north, east and down; the
 /// anchor's range is subtracted in double precision.
 struct SatelliteView {
-  Eigen::Vector3d position_m, velocity_mps;
-  double anchor_range_m = 0.0;
+  Eigen::Vector3d position_m,   ///< of the satellite
+      velocity_mps;             ///< over the Earth
+  double anchor_range_m = 0.0;  ///< distance of satellite and anchor
 
+  /// Of a satellite of a corrected range.
   SatelliteView(const CorrectedRange& satellite, const LocalTangentPlane& plane)
       : position_m(plane.rotation_ecef_ned_at_anchor().transpose() *
                    (satellite.position_ecef_m - plane.ecef_m())),
@@ -69,14 +72,15 @@ struct SatelliteView {
 /// Position and velocity of the antenna in the anchor's axes, and their derivatives.
 template <class T>
 struct AntennaView {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  using Matrix3 = Eigen::Matrix<T, 3, 3>;
-  Matrix3 anchor_local;        ///< local level to the anchor's axes
-  Matrix3 anchor_unit;         ///< the unit's axes to the anchor's
-  Vector3 position_m;          ///< from the anchor
-  Vector3 velocity_mps;        ///< over the Earth
-  Vector3 plane_scale;         ///< metres on the ground per metre on the plane
-  Vector3 lever_m, swing_mps;  ///< lever arm, and ω × lever arm, in the unit's axes
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three components
+  using Matrix3 = Eigen::Matrix<T, 3, 3>;  ///< rotations
+  Matrix3 anchor_local;                    ///< local level to the anchor's axes
+  Matrix3 anchor_unit;                     ///< the unit's axes to the anchor's
+  Vector3 position_m;                      ///< from the anchor
+  Vector3 velocity_mps;                    ///< over the Earth
+  Vector3 plane_scale;                     ///< metres on the ground per metre on the plane
+  Vector3 lever_m,                         ///< lever arm
+      swing_mps;                           ///< ω × lever arm
 
   /// `lever_m` from the unit to the antenna and `rate_radps` the turn rate, both in its axes.
   template <int Offsets>
@@ -97,11 +101,12 @@ struct AntennaView {
 /// x| − |s| = (|x|² − 2 s·x)/(|s − x| + |s|).
 template <class T>
 struct RangeGeometry {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  Vector3 direction;  ///< from antenna to satellite, in the anchor's axes
-  T range_m;
-  T range_difference_m;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three components
+  Vector3 direction;                       ///< from antenna to satellite, in the anchor's axes
+  T range_m;                               ///< from antenna to satellite
+  T range_difference_m;                    ///< range_m less the anchor's range
 
+  /// Of one satellite and antenna.
   RangeGeometry(const SatelliteView& satellite, const AntennaView<T>& antenna) {
     using std::sqrt;
     const Vector3 s = satellite.position_m.cast<T>();
@@ -117,16 +122,17 @@ struct RangeGeometry {
 /// clock's anchor; `clock_offset` is the index of an inter-system offset to add (−1: none).
 template <class T, int Offsets = 0>
 struct RangeModel {
-  const LocalTangentPlane& plane;
-  SatelliteView satellite;
-  double excess_m;
-  T variance;
+  const LocalTangentPlane& plane;  ///< of the state's positions; must outlive this
+  SatelliteView satellite;         ///< of the satellite measured
+  double excess_m;                 ///< see above
+  T variance;                      ///< of the range, m²
   Eigen::Matrix<T, 3, 1> lever_m;  ///< the unit's axes
-  int clock_offset = -1;
+  int clock_offset = -1;           ///< index, or −1
 
-  static constexpr int kEntries = 6 + 2;
-  using Row = SparseRow<T, kEntries>;
+  static constexpr int kEntries = 6 + 2;  ///< numbers of a row that are not zero: three, three, two
+  using Row = SparseRow<T, kEntries>;     ///< the nonzero numbers of H
 
+  /// Innovation, row and variance at a state.
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;
@@ -151,17 +157,18 @@ struct RangeModel {
 /// rate − uᵀ(satellite velocity − antenna velocity) − clock drift.
 template <class T, int Offsets = 0>
 struct RangeRateModel {
-  const LocalTangentPlane& plane;
-  SatelliteView satellite;
-  double range_rate_mps;
-  T variance;
-  Eigen::Matrix<T, 3, 1> lever_m;
+  const LocalTangentPlane& plane;  ///< of the state's positions; must outlive this
+  SatelliteView satellite;         ///< of the satellite measured
+  double range_rate_mps;           ///< measured, positive when receding
+  T variance;                      ///< of the range rate, (m/s)²
+  Eigen::Matrix<T, 3, 1> lever_m;  ///< the unit's axes
   /// As measured, in the unit's axes.
   Eigen::Matrix<T, 3, 1> gyro_radps;
 
-  static constexpr int kEntries = 13;
-  using Row = SparseRow<T, kEntries>;
+  static constexpr int kEntries = 13;  ///< numbers of a row that are not zero
+  using Row = SparseRow<T, kEntries>;  ///< the nonzero numbers of H
 
+  /// Innovation, row and variance at a state.
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;

@@ -18,12 +18,13 @@ namespace wayfare {
 /// Inter-system clock offset of a receiver, m: difference of the system times and of the receiver's
 /// delays.
 struct ClockOffset {
-  double offset_m = 0.0;
-  double sigma_m = 0.0;
+  double offset_m = 0.0;  ///< system − GPS
+  double sigma_m = 0.0;   ///< standard deviation
 };
 
+/// Corrections, tests and limits of single_point.
 struct SinglePointOptions {
-  RangeCorrectionOptions corrections;
+  RangeCorrectionOptions corrections;  ///< of raw observations
   /// Detects and excludes satellites with inconsistent ranges.
   bool exclude_faults = true;
   /// False alarm probability of the χ² test.
@@ -45,45 +46,50 @@ struct SinglePointOptions {
 /// Dilutions of precision: geometry (with clocks), position, horizontal, vertical, and time of the
 /// first system's clock.
 struct DilutionOfPrecision {
-  double geometry = 0.0, position = 0.0, horizontal = 0.0, vertical = 0.0, time = 0.0;
+  double geometry = 0.0,  ///< with clocks
+      position = 0.0,     ///< three dimensions
+      horizontal = 0.0,   ///< north and east
+      vertical = 0.0,     ///< down
+      time = 0.0;         ///< first clock
 };
 
 /// One satellite's part in the solution.
 struct SatelliteResidual {
-  SatelliteId satellite;
-  LineOfSight sight;
-  double range_m = std::numeric_limits<double>::quiet_NaN();  ///< measured − computed
-  double range_sigma_m = 0.0;
-  double rate_mps = std::numeric_limits<double>::quiet_NaN();
-  double rate_sigma_mps = 0.0;
-  double cn0_dbhz = std::numeric_limits<double>::quiet_NaN();
-  bool range_used = false;
-  bool rate_used = false;
+  SatelliteId satellite;                                       ///< of the epoch
+  LineOfSight sight;                                           ///< its direction
+  double range_m = std::numeric_limits<double>::quiet_NaN();   ///< measured − computed
+  double range_sigma_m = 0.0;                                  ///< standard deviation
+  double rate_mps = std::numeric_limits<double>::quiet_NaN();  ///< measured − computed
+  double rate_sigma_mps = 0.0;                                 ///< standard deviation
+  double cn0_dbhz = std::numeric_limits<double>::quiet_NaN();  ///< carrier-to-noise density
+  bool range_used = false;                                     ///< not excluded
+  bool rate_used = false;                                      ///< not excluded
 };
 
+/// Position, velocity and clocks of one epoch, with the tests behind them.
 struct SinglePoint {
   LogTime time;     ///< of the receiver's clock
   LogTime instant;  ///< true time: `time` less the clock bias to the first system used
-  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
-  Geodetic position;
-  Eigen::Matrix3d position_covariance_ned_m2 = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();             ///< of the antenna
+  Geodetic position;                                                     ///< of the antenna, WGS-84
+  Eigen::Matrix3d position_covariance_ned_m2 = Eigen::Matrix3d::Zero();  ///< m²
   /// None if too few Doppler measurements agree.
   std::optional<Eigen::Vector3d> velocity_ned_mps;
-  Eigen::Matrix3d velocity_covariance_ned = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d velocity_covariance_ned = Eigen::Matrix3d::Zero();  ///< (m/s)²
   /// Receiver clock bias to each system, m; NaN for systems without a used satellite.
   std::array<double, kGnssSystems> clock_bias_m = {
       std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN(),
       std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
-  double clock_drift_mps = std::numeric_limits<double>::quiet_NaN();
-  DilutionOfPrecision dop;
-  int used = 0;
-  int degrees_of_freedom = 0;
+  double clock_drift_mps = std::numeric_limits<double>::quiet_NaN();  ///< of the receiver clock
+  DilutionOfPrecision dop;                                            ///< of the ranges used
+  int used = 0;                                                       ///< number of ranges
+  int degrees_of_freedom = 0;  ///< of the ranges: used, less the unknowns
   /// Sum of squared normalised residuals of the satellites used.
   double chi_square = 0.0;
   /// The satellites used agree; true without a degree of freedom.
   bool consistent = true;
-  std::vector<SatelliteResidual> residuals;
-  std::vector<RefusedRange> refused;
+  std::vector<SatelliteResidual> residuals;  ///< of every satellite with a range or rate
+  std::vector<RefusedRange> refused;         ///< with the first reason found
 };
 
 /// Iterated weighted least squares for position and one clock per system (Kaplan and Hegarty 2017,
@@ -119,6 +125,7 @@ class SystemOffsets {
   void learn(const SinglePoint& point);
   /// The offset to GPS; none before ten solutions.
   [[nodiscard]] std::optional<ClockOffset> of(GnssSystem system) const;
+  /// By system, as of().
   [[nodiscard]] std::array<std::optional<ClockOffset>, kGnssSystems> all() const;
 
  private:

@@ -33,20 +33,24 @@ namespace wayfare {
 /// The types of an edge's variables, in the order of its error's arguments.
 template <Manifold... V>
 struct EdgeVariables {
-  static constexpr std::size_t kCount = sizeof...(V);
+  static constexpr std::size_t kCount = sizeof...(V);  ///< number of variables
 };
 
 /// ∂e/∂δᵢ for the right perturbation x_i ⊞ δ_i of each variable.
 template <int Dim, class Variables>
 struct EdgeJacobians;
+/// Of an edge on these variables.
 template <int Dim, class... V>
 struct EdgeJacobians<Dim, EdgeVariables<V...>> {
+  /// One kDim × kDof block for each variable.
   JacobianBlocks<Eigen::Matrix<double, Dim, 1>, V...> by;
 };
 
+/// Jacobians of an edge type.
 template <class E>
 using JacobiansOf = EdgeJacobians<E::kDim, typename E::Variables>;
 
+/// Error of an edge type.
 template <class E>
 using EdgeError = Eigen::Matrix<double, E::kDim, 1>;
 
@@ -118,8 +122,9 @@ constexpr bool check_edge() {
 template <Edge E, class Kernel = RobustKernel>
 struct Robust : E {
   static_assert(detail::check_kernel<Kernel>());
-  Kernel kernel;
+  Kernel kernel;  ///< its loss
 };
+/// The types are those of its members.
 template <class E, class K>
 Robust(E, K) -> Robust<E, K>;
 

@@ -18,15 +18,17 @@ namespace wayfare {
 /// A measured value of one variable: e = x ⊟ z, in the tangent space at z.
 template <Manifold X>
 struct Prior {
-  using Variables = EdgeVariables<X>;
-  static constexpr int kDim = ManifoldTraits<X>::kDof;
+  using Variables = EdgeVariables<X>;                   ///< the one measured
+  static constexpr int kDim = ManifoldTraits<X>::kDof;  ///< of the error
 
-  X measurement;
-  SquareOf<X> information = SquareOf<X>::Identity();
+  X measurement;                                      ///< z
+  SquareOf<X> information = SquareOf<X>::Identity();  ///< of the error
 
+  /// e.
   [[nodiscard]] TangentOf<X> error(const X& x) const {
     return ManifoldTraits<X>::minus(x, measurement);
   }
+  /// e, and its derivative Jr⁻¹(e) of Lie groups.
   [[nodiscard]] TangentOf<X> linearise(
       const X& x, EdgeJacobians<kDim, Variables>& j) const requires LieGroup<X> {
     const TangentOf<X> e = error(x);
@@ -38,15 +40,17 @@ struct Prior {
 /// A measured pose of `to` in the frame of `from` (PoseError).
 template <LieGroup G>
 struct Between {
-  using Variables = EdgeVariables<G, G>;
-  static constexpr int kDim = ManifoldTraits<G>::kDof;
+  using Variables = EdgeVariables<G, G>;                ///< the two poses
+  static constexpr int kDim = ManifoldTraits<G>::kDof;  ///< of the error
 
-  G measurement = G::identity();
-  SquareOf<G> information = SquareOf<G>::Identity();
+  G measurement = G::identity();                      ///< Z, `to` in the frame of `from`
+  SquareOf<G> information = SquareOf<G>::Identity();  ///< of the error
 
+  /// PoseError of the measurement.
   [[nodiscard]] TangentOf<G> error(const G& from, const G& to) const {
     return PoseError<G>::error(measurement, from, to);
   }
+  /// The error and its Jacobians by both poses.
   [[nodiscard]] TangentOf<G> linearise(const G& from, const G& to,
                                        EdgeJacobians<kDim, Variables>& j) const {
     const auto r = PoseError<G>::linearise(measurement, from, to);
@@ -59,16 +63,19 @@ struct Between {
 /// The place of a landmark in the frame of a pose: e = X⁻¹ l − z, metres.
 template <LieGroup G>
 struct LandmarkPosition {
-  static constexpr int kDim = G::kDof == 3 ? 2 : 3;
-  using Point = Eigen::Matrix<double, kDim, 1>;
-  using Variables = EdgeVariables<G, Point>;
+  static constexpr int kDim = G::kDof == 3 ? 2 : 3;  ///< of the error
+  using Point = Eigen::Matrix<double, kDim, 1>;      ///< a place
+  using Variables = EdgeVariables<G, Point>;         ///< pose, then landmark
 
-  Point measurement = Point::Zero();
+  Point measurement = Point::Zero();  ///< z, m, in the axes of the pose
+  /// Of the error.
   Eigen::Matrix<double, kDim, kDim> information = Eigen::Matrix<double, kDim, kDim>::Identity();
 
+  /// e.
   [[nodiscard]] Point error(const G& pose, const Point& landmark) const {
     return pose.inverse() * landmark - measurement;
   }
+  /// e and its Jacobians by pose and landmark.
   [[nodiscard]] Point linearise(const G& pose, const Point& landmark,
                                 EdgeJacobians<kDim, Variables>& j) const {
     const Point seen = pose.inverse() * landmark;
@@ -86,12 +93,12 @@ struct LandmarkPosition {
 
 /// Bearing from the pose's x axis, counter-clockwise, rad, and distance of a landmark, m.
 struct BearingRange {
-  using Variables = EdgeVariables<SE2d, Eigen::Vector2d>;
-  static constexpr int kDim = 2;
+  using Variables = EdgeVariables<SE2d, Eigen::Vector2d>;  ///< pose, then landmark
+  static constexpr int kDim = 2;                           ///< of the error
 
-  Angle bearing;
-  double range_m = 0.0;
-  Eigen::Matrix2d information = Eigen::Matrix2d::Identity();
+  Angle bearing;                                              ///< measured
+  double range_m = 0.0;                                       ///< measured
+  Eigen::Matrix2d information = Eigen::Matrix2d::Identity();  ///< of (bearing, range)
 
   /// The error of the bearing is within (−π, π].
   [[nodiscard]] Eigen::Vector2d error(const SE2d& pose, const Eigen::Vector2d& landmark) const {
@@ -115,13 +122,15 @@ struct BearingRange {
 /// Distance between the origin of a pose and a point, m.
 template <LieGroup G>
 struct RangeTo {
-  static constexpr int kDim = 1;
-  using Point = Eigen::Matrix<double, G::kDof == 3 ? 2 : 3, 1>;
-  using Variables = EdgeVariables<G, Point>;
+  static constexpr int kDim = 1;                                 ///< of the error
+  using Point = Eigen::Matrix<double, G::kDof == 3 ? 2 : 3, 1>;  ///< a place
+  using Variables = EdgeVariables<G, Point>;                     ///< pose, then point
 
-  double range_m = 0.0;
+  double range_m = 0.0;  ///< measured
+  /// Of the error.
   Eigen::Matrix<double, 1, 1> information = Eigen::Matrix<double, 1, 1>::Identity();
 
+  /// Computed less measured distance, m.
   [[nodiscard]] Eigen::Matrix<double, 1, 1> error(const G& pose, const Point& point) const {
     return Eigen::Matrix<double, 1, 1>((point - pose.translation()).norm() - range_m);
   }
@@ -144,15 +153,18 @@ struct RangeTo {
 /// e = X·lever_arm − z, metres.
 template <LieGroup G>
 struct PositionOf {
-  static constexpr int kDim = G::kDof == 3 ? 2 : 3;
-  using Point = Eigen::Matrix<double, kDim, 1>;
-  using Variables = EdgeVariables<G>;
+  static constexpr int kDim = G::kDof == 3 ? 2 : 3;  ///< of the error
+  using Point = Eigen::Matrix<double, kDim, 1>;      ///< a place
+  using Variables = EdgeVariables<G>;                ///< the pose
 
-  Point measurement = Point::Zero();
+  Point measurement = Point::Zero();  ///< z, m, in the frame of the poses
+  /// Of the error.
   Eigen::Matrix<double, kDim, kDim> information = Eigen::Matrix<double, kDim, kDim>::Identity();
-  Point lever_arm = Point::Zero();
+  Point lever_arm = Point::Zero();  ///< m, in the axes of the pose
 
+  /// e.
   [[nodiscard]] Point error(const G& pose) const { return pose * lever_arm - measurement; }
+  /// e and its Jacobian by the pose.
   [[nodiscard]] Point linearise(const G& pose, EdgeJacobians<kDim, Variables>& j) const {
     auto& [by_pose] = j.by;
     const Eigen::Matrix<double, kDim, kDim> r = pose.rotation().matrix();
@@ -169,16 +181,18 @@ struct PositionOf {
 /// e = t2v(Z⁻¹ X T), the priors of g2o.
 template <LieGroup G>
 struct PoseOf {
-  static constexpr int kDim = ManifoldTraits<G>::kDof;
-  using Variables = EdgeVariables<G>;
+  static constexpr int kDim = ManifoldTraits<G>::kDof;  ///< of the error
+  using Variables = EdgeVariables<G>;                   ///< the pose of the body
 
-  G measurement = G::identity();
-  SquareOf<G> information = SquareOf<G>::Identity();
-  G T_body_sensor = G::identity();
+  G measurement = G::identity();                      ///< Z
+  SquareOf<G> information = SquareOf<G>::Identity();  ///< of the error
+  G T_body_sensor = G::identity();                    ///< mounting of the sensor
 
+  /// e.
   [[nodiscard]] TangentOf<G> error(const G& pose) const {
     return PoseError<G>::error(measurement, G::identity(), pose * T_body_sensor);
   }
+  /// e and its Jacobian by the pose.
   [[nodiscard]] TangentOf<G> linearise(const G& pose, EdgeJacobians<kDim, Variables>& j) const {
     const auto r = PoseError<G>::linearise(measurement, G::identity(), pose * T_body_sensor);
     // X exp(δ) T = X T exp(Ad(T⁻¹) δ)

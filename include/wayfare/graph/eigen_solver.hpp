@@ -1,5 +1,7 @@
 #pragma once
 
+// Eigen's sparse Cholesky decomposition as a linear solver.
+
 #include <Eigen/SparseCholesky>
 
 #include <wayfare/graph/scalar_solver.hpp>

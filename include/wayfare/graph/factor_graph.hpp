@@ -56,10 +56,12 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
                 "wayfare: the types of an edge's variables are among those of its graph");
 
  public:
+  /// Numbers of a step of one variable: the largest dof.
   static constexpr int kBlock = detail::block_size<V...>();
-  using Values = std::tuple<std::vector<V>...>;
-  using Pose = void;  // variables differ: there are no relative poses
+  using Values = std::tuple<std::vector<V>...>;  ///< one list for each type of variable
+  using Pose = void;                             ///< variables differ: there are no relative poses
 
+  /// Returns what names the variable.
   template <class X>
   VariableId<X> add(const X& initial) requires detail::kIsOneOf<X, V...> {
     auto& values = std::get<std::vector<X>>(values_);
@@ -83,10 +85,12 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
     fixed_.push_back(variable.index);
   }
 
+  /// Value of a variable.
   template <class X>
   [[nodiscard]] const X& operator[](const VariableId<X>& variable) const {
     return all<X>()[checked(variable)];
   }
+  /// Value of a variable, to change it.
   template <class X>
   [[nodiscard]] X& operator[](const VariableId<X>& variable) {
     return std::get<std::vector<X>>(values_)[checked(variable)];
@@ -96,6 +100,7 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   [[nodiscard]] const std::vector<X>& all() const {
     return std::get<std::vector<X>>(values_);
   }
+  /// Of one type, in the order they were added.
   template <class X>
   [[nodiscard]] const std::vector<detail::PlacedEdge<X>>& edges() const {
     return std::get<std::vector<detail::PlacedEdge<X>>>(edges_);
@@ -103,10 +108,13 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
 
   /// Number of variables.
   [[nodiscard]] int size() const { return static_cast<int>(variables_.size()); }
+  /// Number of edges of all types.
   [[nodiscard]] int edge_count() const {
     return static_cast<int>((edges<E>().size() + ... + std::size_t{0}));
   }
+  /// Numbers of the variables that keep their value.
   [[nodiscard]] const std::vector<int>& fixed() const { return fixed_; }
+  /// Degrees of freedom of a variable.
   [[nodiscard]] int dof(int variable) const {
     constexpr int kDofs[] = {ManifoldTraits<V>::kDof...};
     return kDofs[place(variable).type];
@@ -116,7 +124,9 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
     return "variable " + std::to_string(variable);
   }
 
+  /// All values, type by type.
   [[nodiscard]] const Values& values() const { return values_; }
+  /// Replaces all values; as many of each type as before.
   void set_values(const Values& values) { values_ = values; }
 
   /// Moves a variable by the first numbers of `step`.
@@ -202,10 +212,12 @@ template <class V, class E>
 void start_from_odometry(FactorGraph<V, E>&) {
   static_assert(!std::is_same_v<V, V>, "wayfare: a start along odometry takes pose graphs only");
 }
+/// As start_from_odometry.
 template <class V, class E>
 void start_from_tree(FactorGraph<V, E>&) {
   static_assert(!std::is_same_v<V, V>, "wayfare: a spanning tree's start takes pose graphs only");
 }
+/// As start_from_odometry.
 template <class V, class E>
 void start_from_chordal(FactorGraph<V, E>&) {
   static_assert(

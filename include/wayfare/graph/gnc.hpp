@@ -14,20 +14,22 @@
 
 namespace wayfare {
 
+/// The loss that the sequence ends with.
 enum class GncLoss {
   truncated_least_squares,  ///< min(s, c²): constant beyond c²
   geman_mcclure,            ///< c² s/(c² + s)
 };
 
+/// Loss, gate and sequence of optimise_gnc.
 struct GncOptions {
-  GncLoss loss = GncLoss::truncated_least_squares;
+  GncLoss loss = GncLoss::truncated_least_squares;  ///< of possible outliers
   /// c² of an edge is the chi-square quantile of its degrees of freedom at this probability: the
   /// fraction of inliers accepted if the information matrices are consistent. Larger: more outliers
   /// pass.
   double inlier_probability = 0.9999;
   /// Factor of μ between rounds, as in the paper. Larger: fewer rounds, less robust.
   double growth = 1.4;
-  int max_rounds = 200;
+  int max_rounds = 200;  ///< losses solved at most
   /// Start from a spanning tree that prefers trusted edges; false: from the graph's poses. Factor
   /// graphs start from their values, improved with equal weights of all edges that may be outliers.
   bool start_from_trusted = true;
@@ -48,14 +50,15 @@ struct GncOptions {
   return std::clamp(std::sqrt(mu * (mu + 1.0) / u) - mu, 0.0, 1.0);
 }
 
+/// What optimise_gnc did.
 struct GncReport {
   OptimiseReport optimisation;  ///< the last solve, without the rejected edges
   /// Outlier edges, ascending; never a trusted one. Those of a factor graph are counted type by
   /// type, in the order of FactorGraph::each_edge.
   std::vector<int> rejected;
-  int rounds = 0;      ///< losses solved
-  int iterations = 0;  ///< linear systems solved in all rounds
-  double total_s = 0.0;
+  int rounds = 0;        ///< losses solved
+  int iterations = 0;    ///< linear systems solved in all rounds
+  double total_s = 0.0;  ///< wall time
 };
 
 /// Optimises a graph of which some edges may be outliers and reports which are; the others are

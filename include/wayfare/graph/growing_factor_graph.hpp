@@ -52,10 +52,11 @@ inline constexpr bool kJoinsTheseVariables =
 
 }  // namespace detail
 
+/// How variables and edges of any types are added.
 template <Manifold... V, class... E>
 class GrowingGraph<FactorGraph<Variables<V...>, Edges<E...>>> {
  public:
-  using Graph = FactorGraph<Variables<V...>, Edges<E...>>;
+  using Graph = FactorGraph<Variables<V...>, Edges<E...>>;  ///< solved and pending
 
   /// Added with the next update. `held`: fixed. An Error if it is not finite.
   template <class X>
@@ -103,26 +104,34 @@ class GrowingGraph<FactorGraph<Variables<V...>, Edges<E...>>> {
 
   /// Solved variables as estimated; pending ones at their initial values.
   [[nodiscard]] const Graph& graph() const { return graph_; }
+  /// Of a variable, pending or solved.
   template <class X>
   [[nodiscard]] const X& operator[](const VariableId<X>& variable) const {
     return graph_[variable];
   }
 
  protected:
-  static constexpr int kBlock = Graph::kBlock;
-  using Value = std::variant<V...>;
-  using Step = Eigen::Matrix<double, kBlock, 1>;
+  static constexpr int kBlock = Graph::kBlock;    ///< numbers of a step of one variable
+  using Value = std::variant<V...>;               ///< of a variable of any type
+  using Step = Eigen::Matrix<double, kBlock, 1>;  ///< of a variable
 
   /// What is not pending.
   struct Solved {
-    std::size_t variables = 0, edges = 0;
+    std::size_t variables = 0,  ///< numbers of variables
+        edges = 0;              ///< numbers of edges
   };
 
+  /// For containers.
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  /// Numbers of what is solved.
   [[nodiscard]] Solved solved() const { return solved_; }
+  /// Nothing is pending any more.
   void settle() { solved_ = {index(graph_.size()), edges()}; }
+  /// What came after `before` is pending again.
   void unsettle(const Solved& before) { solved_ = before; }
+  /// Whether the variable keeps its value.
   [[nodiscard]] bool is_held(int variable) const { return is_held_[index(variable)] != 0; }
+  /// Error (degenerate): nothing to solve.
   [[nodiscard]] Result<void> check_pending() const {
     if (graph_.size() > 0) return {};
     return Error{ErrorCode::degenerate, "the graph has no variables"};
@@ -130,11 +139,13 @@ class GrowingGraph<FactorGraph<Variables<V...>, Edges<E...>>> {
 
   /// Edges have their own kernels.
   [[nodiscard]] static RobustKernel kernel() { return {}; }
+  /// Of a variable of any type.
   [[nodiscard]] Value value(int variable) const {
     std::optional<Value> x;
     with_variable(graph_, variable, [&](const auto& at) { x = at; });
     return *x;
   }
+  /// The type of `value` is that of the variable.
   static void set_value(Graph& graph, int variable, const Value& value) {
     with_variable(graph, variable, [&]<class X>(X& at) { at = std::get<X>(value); });
   }
@@ -148,7 +159,9 @@ class GrowingGraph<FactorGraph<Variables<V...>, Edges<E...>>> {
 
   /// Edges are in the order they were added here.
   [[nodiscard]] std::size_t edges() const { return order_.size(); }
+  /// Number of the edge of a term; the edges' terms are numbered one after the other.
   [[nodiscard]] std::size_t edge_of(int term) const { return index(edge_of_[index(term)]); }
+  /// ρ(eᵀΩe) of edge k at the current values.
   [[nodiscard]] double cost_of(std::size_t k) const {
     double cost = 0.0;
     with_edge(k, [&](const auto& placed, const auto&... u) {
@@ -163,7 +176,7 @@ class GrowingGraph<FactorGraph<Variables<V...>, Edges<E...>>> {
   /// Names the edge for which `linearise` returned false.
   [[nodiscard]] Error fault_at(const std::vector<Value>& origins) const;
 
-  Graph graph_;  // including pending; values as estimated
+  Graph graph_;  ///< including pending; values as estimated
 
  private:
   /// An edge: its type, its number among those of the type, its first term.

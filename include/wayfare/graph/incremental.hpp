@@ -28,6 +28,7 @@
 
 namespace wayfare {
 
+/// When an update relinearises, substitutes and reorders.
 struct IncrementalOptions {
   /// A variable's edges are relinearised if a component of its step (m or rad) exceeds this.
   /// Smaller: closer to the optimum, more columns refactorised. 0: every variable that moved.
@@ -53,6 +54,7 @@ struct IncrementalOptions {
 template <class Graph>
 inline constexpr IncrementalOptions kIncrementalDefaults{.relinearise_step = 0.1,
                                                          .solve_deviations = 0.4};
+/// Of a pose graph.
 template <LieGroup G>
 inline constexpr IncrementalOptions kIncrementalDefaults<PoseGraph<G>>{};
 
@@ -96,28 +98,40 @@ class GrowingGraph<PoseGraph<G>> {
 
   /// The solved poses; pending ones at their initial values.
   [[nodiscard]] const std::vector<G>& poses() const { return graph_.poses; }
+  /// Solved and pending poses and edges.
   [[nodiscard]] const PoseGraph<G>& graph() const { return graph_; }
 
  protected:
-  static constexpr int kBlock = ManifoldTraits<G>::kDof;
-  using Value = G;
+  static constexpr int kBlock = ManifoldTraits<G>::kDof;  ///< numbers of a step of one pose
+  using Value = G;                                        ///< a pose
 
   /// What is not pending.
   struct Solved {
-    std::size_t poses = 0, edges = 0, fixed = 0;
+    std::size_t poses = 0,  ///< number
+        edges = 0,          ///< number
+        fixed = 0;          ///< number
   };
 
+  /// For containers.
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  /// Numbers of what is solved.
   [[nodiscard]] Solved solved() const {
     return {solved_poses_, solved_edges_, graph_.fixed.size()};
   }
+  /// Nothing is pending any more.
   void settle();
+  /// What came after `before` is pending again.
   void unsettle(const Solved& before);
+  /// Whether the pose is fixed.
   [[nodiscard]] bool is_held(int pose) const;
+  /// Error: nothing to solve, or a pending pose that no edge reaches.
   [[nodiscard]] Result<void> check_pending() const;
 
+  /// Of edges marked `robust`.
   [[nodiscard]] const RobustKernel& kernel() const { return kernel_; }
+  /// Of a pose.
   [[nodiscard]] const G& value(int pose) const { return graph_.poses[index(pose)]; }
+  /// Of a pose of `graph`.
   static void set_value(PoseGraph<G>& graph, int pose, const G& x) { graph.poses[index(pose)] = x; }
   /// The pose becomes origin ⊞ step.
   void place(int pose, const G& origin, const TangentOf<G>& step) {
@@ -125,8 +139,11 @@ class GrowingGraph<PoseGraph<G>> {
   }
 
   // Edge k is term k.
+  /// Number of edges.
   [[nodiscard]] std::size_t edges() const { return graph_.edges.size(); }
+  /// The number of a term's edge.
   [[nodiscard]] static std::size_t edge_of(int term) { return index(term); }
+  /// ρ(eᵀΩe) of edge k at the current poses.
   [[nodiscard]] double cost_of(std::size_t k) const {
     return robust_cost(graph_, graph_.edges[k], kernel_);
   }
@@ -141,7 +158,7 @@ class GrowingGraph<PoseGraph<G>> {
   /// Names the edge for which `linearise` returned false.
   [[nodiscard]] Error fault_at(const std::vector<G>&) const { return cost_overflow(graph_); }
 
-  PoseGraph<G> graph_;  // including pending; poses as estimated
+  PoseGraph<G> graph_;  ///< including pending; poses as estimated
 
  private:
   [[nodiscard]] IncrementalTerm<kBlock> terms_of(const PoseEdge<G>& edge,
@@ -242,12 +259,14 @@ class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
   Undetermined<kBlock> undetermined_;
 };
 
+/// For pose graphs.
 template <LieGroup G>
 using IncrementalOptimiser = IncrementalGraphOptimiser<PoseGraph<G>>;
 
+/// An edge of a replayed graph.
 template <LieGroup G>
 struct ReplayStep {
-  PoseEdge<G> edge;
+  PoseEdge<G> edge;  ///< added in this step
   /// The pose that the edge adds, −1 if both exist.
   int new_pose = -1;
 

@@ -31,8 +31,8 @@ namespace wayfare {
 template <int N>
 class BlockSparse {
  public:
-  static constexpr int kBlock = N;
-  using Block = Eigen::Matrix<double, N, N>;
+  static constexpr int kBlock = N;            ///< side of a block
+  using Block = Eigen::Matrix<double, N, N>;  ///< N × N
 
   BlockSparse() = default;
 
@@ -65,10 +65,13 @@ class BlockSparse {
     values_.assign(rows_.size() * kStride, 0.0);
   }
 
+  /// Number of block columns, and of rows.
   [[nodiscard]] int columns() const { return static_cast<int>(starts_.size()) - 1; }
+  /// Number of stored blocks.
   [[nodiscard]] int blocks() const { return static_cast<int>(rows_.size()); }
   /// Blocks of column c are [starts()[c], starts()[c + 1]).
   [[nodiscard]] std::span<const int> starts() const { return starts_; }
+  /// Row of each stored block.
   [[nodiscard]] std::span<const int> rows() const { return rows_; }
 
   /// The index of block (r, c), r ≤ c, which must be in the pattern.
@@ -79,6 +82,7 @@ class BlockSparse {
     WAYFARE_EXPECTS(it != last && *it == r, "the block is in the pattern");
     return static_cast<int>(it - rows_.begin());
   }
+  /// Index of the diagonal block of column c.
   [[nodiscard]] int diagonal_index(int c) const {
     return starts_[static_cast<std::size_t>(c) + 1] - 1;
   }
@@ -90,17 +94,22 @@ class BlockSparse {
         visit(rows_[static_cast<std::size_t>(i)], c, i);
   }
 
+  /// The numbers of a block, column by column.
   [[nodiscard]] double* data(int index) {
     return values_.data() + static_cast<std::size_t>(index) * kStride;
   }
+  /// The numbers of a block, column by column.
   [[nodiscard]] const double* data(int index) const {
     return values_.data() + static_cast<std::size_t>(index) * kStride;
   }
+  /// A stored block, to change it.
   [[nodiscard]] Eigen::Map<Block> block(int index) { return Eigen::Map<Block>(data(index)); }
+  /// A stored block.
   [[nodiscard]] Eigen::Map<const Block> block(int index) const {
     return Eigen::Map<const Block>(data(index));
   }
 
+  /// Keeps the pattern.
   void set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
 
  private:
@@ -118,7 +127,7 @@ class BlockSparse {
 /// that vᵀHv may be zero. The rule does not depend on H's scale or units. All solvers use it; those
 /// of one's own by RankCheck.
 struct FactorOutcome {
-  bool ok = true;
+  bool ok = true;  ///< factorised
   /// On failure the block column that is undetermined, or at which H has negative information; −1
   /// if the solver does not report it.
   int block = -1;
@@ -210,7 +219,7 @@ template <int N>
 class MultifrontalCholesky {
  public:
   static_assert(N == 2 || N == 3 || N == 6, "the kernels are compiled for these");
-  static constexpr int kBlock = N;
+  static constexpr int kBlock = N;  ///< side of a block
 
   /// The first `leading` numbers of a block share one unit and the others another; needed to tell a
   /// direction without information from one with little (FactorOutcome). Default: those of a pose,
@@ -221,8 +230,11 @@ class MultifrontalCholesky {
   /// use one. Results are bit-identical for any number.
   void set_threads(int threads);
 
+  /// Ordering and symbolic factorisation, from the pattern.
   void analyse(const BlockSparse<N>& h);
+  /// H = L Lᵀ. Requires `analyse` of the same pattern.
   FactorOutcome factorise(const BlockSparse<N>& h);
+  /// Replaces b by H⁻¹b. Requires a successful `factorise`.
   void solve_in_place(Eigen::VectorXd& x);
 
   /// Computes the blocks of H⁻¹ in the pattern of L, which includes that of H. Requires a

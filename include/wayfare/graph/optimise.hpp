@@ -10,6 +10,7 @@
 
 namespace wayfare {
 
+/// Of graphs with blocks of N.
 template <int N>
 using DefaultSolver = MultifrontalCholesky<N>;
 
@@ -21,7 +22,8 @@ class GraphOptimiser {
                 "wayfare: the blocks of the solver, kBlock, are as large as those of the graph");
 
  public:
-  static constexpr int kBlock = Graph::kBlock;
+  static constexpr int kBlock = Graph::kBlock;  ///< numbers of a step of one variable
+  /// Of a variable; the first dof rows and columns of a smaller one.
   using Covariance = Eigen::Matrix<double, kBlock, kBlock>;
 
   /// Moves the free variables of `graph` to a local minimum near their initial values. Errors, with
@@ -40,6 +42,7 @@ class GraphOptimiser {
   /// The covariance of a variable, as a right perturbation of it, given the fixed ones; zero for
   /// those. Requires prepare_covariances on this graph.
   [[nodiscard]] Covariance covariance(int variable);
+  /// The same of a variable of a factor graph, kDof × kDof.
   template <class X>
   [[nodiscard]] SquareOf<X> covariance(const VariableId<X>& variable) {
     constexpr int kDof = ManifoldTraits<X>::kDof;
@@ -61,6 +64,7 @@ class GraphOptimiser {
   DampedStep<Graph, Solver> step_;
 };
 
+/// For pose graphs.
 template <LieGroup G, LinearSolver Solver = DefaultSolver<ManifoldTraits<G>::kDof>>
 using PoseGraphOptimiser = GraphOptimiser<PoseGraph<G>, Solver>;
 

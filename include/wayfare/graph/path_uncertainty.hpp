@@ -26,6 +26,7 @@ struct PathUncertainty {
   std::vector<Eigen::Matrix3d> covariance;  ///< per pose; undefined if not reached
   std::vector<double> size;                 ///< m²; infinite if not reached
 
+  /// Whether a chain of edges leads to the pose.
   [[nodiscard]] bool reached(int pose) const {
     return size[static_cast<std::size_t>(pose)] < std::numeric_limits<double>::infinity();
   }

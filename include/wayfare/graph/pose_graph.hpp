@@ -22,7 +22,7 @@ namespace wayfare {
 /// An error and its derivatives with respect to right perturbations of the two poses.
 template <class T, int N>
 struct ErrorAndJacobians {
-  Eigen::Matrix<T, N, 1> error;
+  Eigen::Matrix<T, N, 1> error;    ///< e
   Eigen::Matrix<T, N, N> by_from;  ///< ∂e(X_i exp δ, X_j)/∂δ at 0
   Eigen::Matrix<T, N, N> by_to;    ///< ∂e(X_i, X_j exp δ)/∂δ at 0
 };
@@ -35,13 +35,15 @@ struct PoseError;
 /// (x, y, heading in (−π, π]); metres and radians.
 template <class T>
 struct PoseError<SE2<T>> {
-  using Group = SE2<T>;
-  using Error = Eigen::Matrix<T, 3, 1>;
+  using Group = SE2<T>;                  ///< of the poses
+  using Error = Eigen::Matrix<T, 3, 1>;  ///< (x, y, heading)
 
+  /// e(Z, X_i, X_j).
   [[nodiscard]] static Error error(const Group& z, const Group& from, const Group& to) {
     return error_of(z.inverse() * (from.inverse() * to));
   }
 
+  /// e and its Jacobians.
   [[nodiscard]] static ErrorAndJacobians<T, 3> linearise(const Group& z, const Group& from,
                                                          const Group& to) {
     const Group d = from.inverse() * to;
@@ -69,11 +71,12 @@ struct PoseError<SE2<T>> {
 /// is half a small rotation vector.
 template <class T>
 struct PoseError<SE3<T>> {
-  using Group = SE3<T>;
-  using Error = Eigen::Matrix<T, 6, 1>;
-  using Block = Eigen::Matrix<T, 3, 3>;
-  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Group = SE3<T>;                   ///< of the poses
+  using Error = Eigen::Matrix<T, 6, 1>;   ///< translation, vector part
+  using Block = Eigen::Matrix<T, 3, 3>;   ///< translation or rotation by one of them
+  using Vector = Eigen::Matrix<T, 3, 1>;  ///< of three components
 
+  /// e(Z, X_i, X_j).
   [[nodiscard]] static Error error(const Group& z, const Group& from, const Group& to) {
     const Group e = z.inverse() * (from.inverse() * to);
     const auto q = upper_half(e);
@@ -82,6 +85,7 @@ struct PoseError<SE3<T>> {
     return r;
   }
 
+  /// e and its Jacobians.
   [[nodiscard]] static ErrorAndJacobians<T, 6> linearise(const Group& z, const Group& from,
                                                          const Group& to) {
     const Group d = from.inverse() * to;
@@ -112,10 +116,10 @@ struct PoseError<SE3<T>> {
 /// covariance) of the error defined by PoseError.
 template <LieGroup G>
 struct PoseEdge {
-  int from = 0;
-  int to = 0;
-  G measurement{};
-  SquareOf<G> information = SquareOf<G>::Identity();
+  int from = 0;                                       ///< index of a pose
+  int to = 0;                                         ///< index of another pose
+  G measurement{};                                    ///< Z
+  SquareOf<G> information = SquareOf<G>::Identity();  ///< Ω of the error
   /// Whether the robust kernel applies: true for possible outliers (loop closures), false for
   /// measurements that are only noisy (odometry).
   bool robust = false;
@@ -126,12 +130,12 @@ struct PoseEdge {
 template <LieGroup G>
 struct PoseGraph {
   static constexpr int kBlock = ManifoldTraits<G>::kDof;  ///< numbers of a step of one pose
-  using Pose = G;
-  using Values = std::vector<G>;
+  using Pose = G;                                         ///< of a variable
+  using Values = std::vector<G>;                          ///< of all variables
 
-  std::vector<G> poses;  ///< in one common frame; initial values of the next optimisation
-  std::vector<PoseEdge<G>> edges;
-  std::vector<int> fixed;           ///< fixed poses; empty: pose 0
+  std::vector<G> poses;            ///< in one common frame; initial values of the next optimisation
+  std::vector<PoseEdge<G>> edges;  ///< between these poses
+  std::vector<int> fixed;          ///< fixed poses; empty: pose 0
   std::vector<std::string> labels;  ///< names of the poses in messages; empty: their indices
 
   /// Returns the new pose's index.
@@ -139,21 +143,28 @@ struct PoseGraph {
     poses.push_back(pose);
     return size() - 1;
   }
+  /// Number of poses.
   [[nodiscard]] int size() const { return static_cast<int>(poses.size()); }
   /// The fixed poses.
   [[nodiscard]] std::vector<int> held() const {
     return fixed.empty() && !poses.empty() ? std::vector<int>{0} : fixed;
   }
+  /// Name of a pose in messages, without "pose".
   [[nodiscard]] std::string label(int pose) const {
     const auto i = static_cast<std::size_t>(pose);
     return pose >= 0 && i < labels.size() ? labels[i] : std::to_string(pose);
   }
 
   // What the optimisers use of any graph.
+  /// Name of a pose in messages.
   [[nodiscard]] std::string name(int pose) const { return "pose " + label(pose); }
+  /// Degrees of freedom of a pose.
   [[nodiscard]] int dof(int) const { return kBlock; }
+  /// All poses.
   [[nodiscard]] const Values& values() const { return poses; }
+  /// Replaces all poses.
   void set_values(const Values& values) { poses = values; }
+  /// Moves a pose by `step`, a right perturbation.
   template <class Step>
   void move(int pose, const Step& step) {
     G& x = poses[static_cast<std::size_t>(pose)];
@@ -161,8 +172,8 @@ struct PoseGraph {
   }
 };
 
-using PoseGraph2 = PoseGraph<SE2d>;
-using PoseGraph3 = PoseGraph<SE3d>;
+using PoseGraph2 = PoseGraph<SE2d>;  ///< in the plane
+using PoseGraph3 = PoseGraph<SE3d>;  ///< in space
 
 /// eᵀΩe of one edge at the graph's poses.
 template <LieGroup G>
@@ -195,10 +206,12 @@ template <LieGroup G>
   return robust_cost(graph, {});
 }
 
-// Compiled once in wayfare::graph.
+/// Compiled once in wayfare::graph.
 extern template double squared_error(const PoseGraph<SE2d>&, const PoseEdge<SE2d>&);
+/// Compiled once in wayfare::graph.
 extern template double squared_error(const PoseGraph<SE3d>&, const PoseEdge<SE3d>&);
 
+/// Where the poses start before an optimisation.
 enum class StartMethod {
   given,     ///< the graph's own poses
   odometry,  ///< the chain of edges between consecutive poses
@@ -233,6 +246,7 @@ Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather = TreeEdges::
 template <LieGroup G>
 Result<void> start_from_chordal(PoseGraph<G>& graph);
 
+/// By the function of that name; nothing for StartMethod::given.
 template <LieGroup G>
 Result<void> start_from(PoseGraph<G>& graph, StartMethod method) {
   switch (method) {

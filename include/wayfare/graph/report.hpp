@@ -1,5 +1,7 @@
 #pragma once
 
+// Options of an optimisation and what it reports.
+
 #include <functional>
 #include <string>
 #include <vector>
@@ -12,21 +14,24 @@
 
 namespace wayfare {
 
+/// How steps are computed.
 enum class OptimiseMethod {
   /// Full steps while they lower the cost; otherwise falls back to Levenberg-Marquardt.
   gauss_newton,
-  levenberg_marquardt,
+  levenberg_marquardt,  ///< damped steps (Madsen et al. 2004)
 };
 
+/// One linear system solved.
 struct IterationRecord {
   double cost = 0.0;      ///< Σ ρ(eᵀΩe) after the step, or before it if the step was rejected
   double damping = 0.0;   ///< λ of the step; 0 for Gauss-Newton
   double max_step = 0.0;  ///< largest component of the step (m or rad)
-  bool accepted = true;
+  bool accepted = true;   ///< lowered the cost
 };
 
+/// Method, loss, limits and threads of an optimisation.
 struct OptimiseOptions {
-  OptimiseMethod method = OptimiseMethod::gauss_newton;
+  OptimiseMethod method = OptimiseMethod::gauss_newton;  ///< how steps are computed
   /// Of a pose graph's edges marked `robust`; those of a factor graph have their own.
   RobustKernel kernel{};
   int max_iterations = 100;  ///< maximum number of linear systems solved
@@ -44,13 +49,14 @@ struct OptimiseOptions {
   std::function<bool(int, const IterationRecord&)> progress{};
 };
 
+/// Wall time of the phases, summed over the iterations.
 struct PhaseTimes {
-  double validate_s = 0.0;
-  double analyse_s = 0.0;  ///< pattern, ordering, symbolic factorisation; 0 if reused
-  double linearise_s = 0.0;
-  double factorise_s = 0.0;
-  double solve_s = 0.0;
-  double total_s = 0.0;
+  double validate_s = 0.0;   ///< checks of the graph
+  double analyse_s = 0.0;    ///< pattern, ordering, symbolic factorisation; 0 if reused
+  double linearise_s = 0.0;  ///< errors, Jacobians, normal equations
+  double factorise_s = 0.0;  ///< numeric factorisation
+  double solve_s = 0.0;      ///< substitution
+  double total_s = 0.0;      ///< all of the call
 };
 
 /// What the edges leave open: moving `variable` along `direction`, a right perturbation of it, with
@@ -67,6 +73,7 @@ struct Undetermined {
 /// left out. `name` is what messages call the variable.
 [[nodiscard]] Error undetermined_error(const std::string& name, const double* direction, int size);
 
+/// "…" for a variable of `graph`; without a variable, that not all are determined.
 template <class Graph>
 [[nodiscard]] Error undetermined_error(const Graph& graph,
                                        const Undetermined<Graph::kBlock>& open) {
@@ -75,17 +82,18 @@ template <class Graph>
                             graph.dof(open.variable));
 }
 
+/// What an optimisation did.
 struct OptimiseReport {
-  double initial_chi2 = 0.0;  ///< Σ eᵀΩe, no kernel
-  double final_chi2 = 0.0;
-  double initial_cost = 0.0;  ///< Σ ρ(eᵀΩe)
-  double final_cost = 0.0;
-  int iterations = 0;
-  StopReason reason = StopReason::converged;
-  bool fell_back = false;         ///< from Gauss-Newton to Levenberg-Marquardt
-  bool structure_reused = false;  ///< pattern and symbolic factorisation were reused
-  std::vector<IterationRecord> history;
-  PhaseTimes times;
+  double initial_chi2 = 0.0;                  ///< Σ eᵀΩe, no kernel
+  double final_chi2 = 0.0;                    ///< Σ eᵀΩe at the end, no kernel
+  double initial_cost = 0.0;                  ///< Σ ρ(eᵀΩe)
+  double final_cost = 0.0;                    ///< Σ ρ(eᵀΩe) at the end
+  int iterations = 0;                         ///< linear systems solved
+  StopReason reason = StopReason::converged;  ///< why it ended
+  bool fell_back = false;                     ///< from Gauss-Newton to Levenberg-Marquardt
+  bool structure_reused = false;              ///< pattern and symbolic factorisation were reused
+  std::vector<IterationRecord> history;       ///< of every iteration
+  PhaseTimes times;                           ///< wall time
 };
 
 }  // namespace wayfare

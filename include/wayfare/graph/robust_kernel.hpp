@@ -22,7 +22,7 @@ enum class RobustKernelKind {
 
 /// ρ(s) and ρ′(s).
 struct KernelValue {
-  double cost = 0.0;
+  double cost = 0.0;  ///< ρ(s)
   /// ρ′(s) ∈ (0, 1]: the weight of the information matrix. The Hessian uses only this term (no
   /// Triggs correction), so it is positive semi-definite for every kernel.
   double weight = 1.0;
@@ -49,8 +49,9 @@ constexpr bool check_kernel() {
 
 }  // namespace detail
 
+/// A kernel of the library, chosen at run time.
 struct RobustKernel {
-  RobustKernelKind kind = RobustKernelKind::none;
+  RobustKernelKind kind = RobustKernelKind::none;  ///< loss of outliers
   double scale = 1.0;  ///< standard deviations, > 0; larger: less robust, infinite: none
 
   /// `s` = eᵀΩe ≥ 0.

@@ -21,7 +21,7 @@ namespace wayfare {
 template <int N>
 class ScalarExpansion {
  public:
-  using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+  using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;  ///< compressed columns
 
   /// `position[i]` = new index of block column i.
   void build(const BlockSparse<N>& h, std::vector<int> position) {
@@ -45,6 +45,7 @@ class ScalarExpansion {
                    [values = h.blocks() > 0 ? h.data(0) : nullptr](int i) { return values[i]; });
   }
 
+  /// Of the last `fill`.
   [[nodiscard]] const Matrix& matrix() const { return matrix_; }
 
   /// The row of H at row `permuted` of the matrix.
@@ -52,12 +53,14 @@ class ScalarExpansion {
     return order_[at(permuted / N)] * N + permuted % N;
   }
 
+  /// x in the order of the matrix.
   void permute(const Eigen::VectorXd& x, Eigen::VectorXd& permuted) const {
     permuted.resize(x.size());
     for (std::size_t i = 0; i < position_.size(); ++i) {
       permuted.segment<N>(position_[i] * N) = x.segment<N>(static_cast<int>(i) * N);
     }
   }
+  /// The inverse of permute.
   void unpermute(const Eigen::VectorXd& permuted, Eigen::VectorXd& x) const {
     for (std::size_t i = 0; i < position_.size(); ++i) {
       x.segment<N>(static_cast<int>(i) * N) = permuted.segment<N>(position_[i] * N);
@@ -138,10 +141,13 @@ void each_pivot(const Decomposition& decomposition, Visit visit) {
 template <int N, SparseDecomposition Decomposition>
 class ScalarSolver {
  public:
-  static constexpr int kBlock = N;
+  static constexpr int kBlock = N;  ///< side of a block
 
+  /// Ordering and symbolic factorisation, from the pattern.
   void analyse(const BlockSparse<N>& h);
+  /// Requires `analyse` of the same pattern.
   FactorOutcome factorise(const BlockSparse<N>& h);
+  /// Replaces b by H⁻¹b. Requires a successful `factorise`.
   void solve_in_place(Eigen::VectorXd& x);
 
  private:

@@ -20,11 +20,13 @@ namespace wayfare {
 /// Mahony et al. 2008 (32): the gyro's rate is corrected in proportion to the error and its
 /// integral. Gains in 1/s and 1/s².
 struct MahonyRule {
+  /// Correction per error, 1/s; larger: trusts force and field more.
   double proportional_gain = 0.74;
-  double integral_gain = 0.0012;
-  bool use_magnetometer = true;
+  double integral_gain = 0.0012;  ///< of the gyro bias, 1/s²; larger: faster, noisier
+  bool use_magnetometer = true;   ///< else the heading is by the gyro alone
 
   template <class Vector, class T>
+  /// Correction of the rate, rad/s, for an error in rad; `integral` sums its second part.
   Vector operator()(const Vector& error, Vector& integral, T dt) const {
     integral += T(integral_gain) * dt * error;
     return T(proportional_gain) * error + integral;
@@ -34,10 +36,11 @@ struct MahonyRule {
 /// Madgwick et al. 2011 (33), (42): gradient descent of the quaternion with rate `gain` (β, rad/s):
 /// a rotation in the direction of Mahony's error, but at constant speed.
 struct MadgwickRule {
-  double gain = 0.12;
-  bool use_magnetometer = true;
+  double gain = 0.12;            ///< β, rad/s: speed of the correction, above the gyro's drift
+  bool use_magnetometer = true;  ///< else the heading is by the gyro alone
 
   template <class Vector, class T>
+  /// Correction of the rate, rad/s.
   Vector operator()(const Vector& error, Vector& /*integral*/, T /*dt*/) const {
     const T norm = error.norm();
     return norm > T(0) ? Vector(T(2.0 * gain) / norm * error) : Vector(Vector::Zero());
@@ -49,10 +52,11 @@ struct MadgwickRule {
 template <class Rule, LevelFrame W = frame::Ned, std::floating_point T = double>
 class BasicAhrs {
  public:
-  using World = W;
-  using Scalar = T;
-  using Vector = Eigen::Matrix<T, 3, 1>;
+  using World = W;                        ///< frame of the attitude
+  using Scalar = T;                       ///< of the filter
+  using Vector = Eigen::Matrix<T, 3, 1>;  ///< in body axes
 
+  /// Without readings.
   explicit BasicAhrs(const Rule& rule = {}) : rule_(rule) {}
 
   /// One sensor's reading. Force and field are held until the next one and act at each rate; a rate
@@ -67,17 +71,22 @@ class BasicAhrs {
     q_ = q_ * SO3<T>::exp((radps + rule_(error(), integral_, dt)) * dt);
     return UpdateStatus::used;
   }
+  /// Specific force, m/s².
   UpdateStatus add_force(LogTime time, const Vector& mps2) { return hold(time, mps2, force_); }
+  /// Magnetic field, µT; `missing` where the rule does not use it.
   UpdateStatus add_field(LogTime time, const Vector& uT) {
     return rule_.use_magnetometer ? hold(time, uT, field_) : UpdateStatus::missing;
   }
+  /// Force, field, then rate of one sample.
   MargUpdateStatus add(const MargSample& s) {
     const UpdateStatus force = add_force(s.time, s.specific_force_mps2.cast<T>());
     const UpdateStatus field = add_field(s.time, s.magnetic_field_uT.cast<T>());
     return {add_rate(s.time, s.angular_rate_radps.cast<T>()), force, field};
   }
 
+  /// Whether there is an attitude.
   [[nodiscard]] bool ready() const { return ready_; }
+  /// At the time of the last rate.
   [[nodiscard]] SO3<T> q_world_body() const { return rotation_from_enu<World, T>() * q_; }
 
  private:
@@ -126,9 +135,9 @@ class BasicAhrs {
 };
 
 template <LevelFrame W = frame::Ned, std::floating_point T = double>
-using MadgwickAhrs = BasicAhrs<MadgwickRule, W, T>;
+using MadgwickAhrs = BasicAhrs<MadgwickRule, W, T>;  ///< Madgwick's filter
 template <LevelFrame W = frame::Ned, std::floating_point T = double>
-using MahonyAhrs = BasicAhrs<MahonyRule, W, T>;
+using MahonyAhrs = BasicAhrs<MahonyRule, W, T>;  ///< Mahony's filter
 
 /// Causal attitude of a body in `W` (frame::Ned or frame::Enu), relative to true north if the
 /// declination is given. Each sensor may have its own, irregular rate. A gyro or accelerometer
@@ -139,22 +148,26 @@ using MahonyAhrs = BasicAhrs<MahonyRule, W, T>;
 template <LevelFrame W = frame::Ned, std::floating_point T = double>
 class Ahrs {
  public:
-  using World = W;
-  using Scalar = T;
-  using Vector = Eigen::Matrix<T, 3, 1>;
-  using Covariance = Eigen::Matrix<T, 3, 3>;
+  using World = W;                            ///< frame of the attitude
+  using Scalar = T;                           ///< of the filter
+  using Vector = Eigen::Matrix<T, 3, 1>;      ///< of three components
+  using Covariance = Eigen::Matrix<T, 3, 3>;  ///< of the attitude error
 
+  /// Without readings.
   explicit Ahrs(const AhrsParameters& parameters = {}) : readings_(parameters) {}
 
   /// One sensor's reading; simultaneous readings in this order.
   UpdateStatus add_rate(LogTime time, const Vector& radps) {
     return readings_.add_rate(time, radps);
   }
+  /// Specific force, m/s².
   UpdateStatus add_force(LogTime time, const Vector& mps2) {
     return readings_.add_force(time, mps2);
   }
+  /// Magnetic field, µT.
   UpdateStatus add_field(LogTime time, const Vector& uT) { return readings_.add_field(time, uT); }
 
+  /// Rate, force, then field of one sample.
   MargUpdateStatus add(const MargSample& s) {
     return {add_rate(s.time, s.angular_rate_radps.cast<T>()),
             add_force(s.time, s.specific_force_mps2.cast<T>()),
@@ -163,6 +176,7 @@ class Ahrs {
 
   /// Whether there is an attitude, and whether its heading refers to north.
   [[nodiscard]] bool ready() const { return readings_.ready(); }
+  /// Relative to north, by the magnetometer or external headings.
   [[nodiscard]] bool heading_known() const { return readings_.heading().known(); }
 
   /// At the time of the last gyro reading.
@@ -181,12 +195,16 @@ class Ahrs {
     return r.transpose() * attitude_covariance() * r;
   }
 
+  /// In body axes.
   [[nodiscard]] Vector gyro_bias_radps() const { return filter().bias(); }
+  /// Its standard deviation.
   [[nodiscard]] Vector gyro_bias_sigma_radps() const {
     const auto& p = filter().covariance();
     return Vector(p(3, 3), p(4, 4), p(5, 5)).cwiseSqrt();
   }
+  /// Estimated delay of the magnetometer's time stamps.
   [[nodiscard]] T magnetometer_delay_s() const { return filter().delay(); }
+  /// By the rest detector.
   [[nodiscard]] bool at_rest() const { return readings_.level().at_rest(); }
 
   /// Sets the heading: direction of the body's x axis, clockwise from north. `waiting`, without
@@ -203,6 +221,7 @@ class Ahrs {
   /// Rotation of that axis integrated from the gyro alone, counter-clockwise seen from above.
   [[nodiscard]] const HeadingTrack& heading_track() const { return readings_.external().track(); }
 
+  /// Counts of readings and resets.
   [[nodiscard]] const AhrsReport& report() const { return readings_.report(); }
   /// Normalised innovation squared of the last readings, one degree of freedom each.
   [[nodiscard]] AhrsNis<T> nis() const {

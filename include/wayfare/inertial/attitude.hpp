@@ -49,9 +49,9 @@ enum class UpdateStatus {
 
 /// Result of adding one sample.
 struct MargUpdateStatus {
-  UpdateStatus gyro = UpdateStatus::missing;
-  UpdateStatus accelerometer = UpdateStatus::missing;
-  UpdateStatus magnetometer = UpdateStatus::missing;
+  UpdateStatus gyro = UpdateStatus::missing;           ///< its rate
+  UpdateStatus accelerometer = UpdateStatus::missing;  ///< its specific force
+  UpdateStatus magnetometer = UpdateStatus::missing;   ///< its field
 };
 
 /// Causal attitude estimators from inertial and magnetic readings. `World` is the target frame of
@@ -69,12 +69,12 @@ concept AttitudeEstimator = requires(E e, const E& c, const MargSample& sample) 
 
 /// Counts of one sensor's readings by status.
 struct SensorReport {
-  std::uint64_t used = 0;
-  std::uint64_t waiting = 0;
-  std::uint64_t missing = 0;
-  std::uint64_t late = 0;
-  std::uint64_t saturated = 0;
-  std::uint64_t disturbed = 0;
+  std::uint64_t used = 0;       ///< that updated the estimate
+  std::uint64_t waiting = 0;    ///< without an attitude to update
+  std::uint64_t missing = 0;    ///< not finite, or without a direction
+  std::uint64_t late = 0;       ///< not after the previous one
+  std::uint64_t saturated = 0;  ///< at or beyond the sensor's range
+  std::uint64_t disturbed = 0;  ///< rejected
 
   /// Counts `status` and returns it.
   UpdateStatus note(UpdateStatus status) {
@@ -86,9 +86,9 @@ struct SensorReport {
 
 /// Events of an attitude filter.
 struct AhrsReport {
-  SensorReport gyro;
-  SensorReport accelerometer;
-  SensorReport magnetometer;
+  SensorReport gyro;                 ///< by status
+  SensorReport accelerometer;        ///< by status
+  SensorReport magnetometer;         ///< by status
   SensorReport external;             ///< external headings
   std::uint64_t restarts = 0;        ///< after a gyro gap or a clock set back
   std::uint64_t level_resets = 0;    ///< attitude inconsistent with gravity
@@ -98,10 +98,10 @@ struct AhrsReport {
 /// Normalised innovations squared; NaN before the first.
 template <class T>
 struct AhrsNis {
-  T velocity_east;
-  T velocity_north;
-  T heading;
-  T external;  ///< external heading
+  T velocity_east;   ///< of the velocity by the accelerometer, east
+  T velocity_north;  ///< the same, north
+  T heading;         ///< of the magnetic heading
+  T external;        ///< external heading
 };
 
 }  // namespace wayfare

@@ -22,8 +22,8 @@ namespace wayfare {
 /// A first-order Gauss-Markov process per axis, ṅ = −n/τ + √(2σ²/τ) w: stationary standard
 /// deviation σ, correlation time τ.
 struct GaussMarkov3 {
-  Eigen::Vector3d sigma;
-  Eigen::Vector3d tau_s;
+  Eigen::Vector3d sigma;  ///< stationary standard deviation, per axis
+  Eigen::Vector3d tau_s;  ///< correlation time, per axis
 };
 
 /// Errors of one inertial unit: measured = (1 + scale) ∘ true + bias + white noise, per axis.
@@ -31,30 +31,35 @@ struct ImuNoise {
   /// White noise (angle and velocity random walk): rad/√s and m/s/√s.
   Eigen::Vector3d gyro_white_rad_per_sqrt_s =
       Eigen::Vector3d::Constant(0.01 * std::numbers::pi / 180.0);
+  /// Velocity random walk.
   Eigen::Vector3d accel_white_mps_per_sqrt_s = Eigen::Vector3d::Constant(300e-6 * 9.80665);
+  /// Slow error of the rate.
   GaussMarkov3 gyro_bias_radps = {Eigen::Vector3d::Constant(0.05 * std::numbers::pi / 180.0),
                                   Eigen::Vector3d::Constant(3000.0)};
+  /// Slow error of the force.
   GaussMarkov3 accel_bias_mps2 = {Eigen::Vector3d::Constant(0.03),
                                   Eigen::Vector3d::Constant(3000.0)};
+  /// Relative error of the rate.
   GaussMarkov3 gyro_scale = {Eigen::Vector3d::Constant(0.003), Eigen::Vector3d::Constant(20000.0)};
+  /// Relative error of the force.
   GaussMarkov3 accel_scale = {Eigen::Vector3d::Constant(0.003), Eigen::Vector3d::Constant(20000.0)};
 };
 
 /// Receiver clock: random walks of bias and drift, in metres (times the speed of light).
 struct ReceiverClockNoise {
-  double bias_walk_m_per_sqrt_s = 0.3;
-  double drift_walk_mps_per_sqrt_s = 0.1;
+  double bias_walk_m_per_sqrt_s = 0.3;     ///< of the bias, after one second
+  double drift_walk_mps_per_sqrt_s = 0.1;  ///< of the drift, after one second
 };
 
 /// Deviation at one averaging time, in the unit of the readings.
 struct AllanPoint {
-  double tau_s = 0.0;
-  double deviation = 0.0;
+  double tau_s = 0.0;      ///< averaging time
+  double deviation = 0.0;  ///< in the unit of the readings
   /// Relative standard deviation of `deviation`: 1/√(2(n − 1)) for n averaging times in the record
   /// (IEEE 952, (C.20)), conservative for overlapping averages.
   double relative_sigma = 0.0;
 };
-using AllanCurve = std::vector<AllanPoint>;
+using AllanCurve = std::vector<AllanPoint>;  ///< in order of averaging time
 
 /// Processes readings one by one; stores a few kilobytes per doubling of the record length.
 /// Averages of up to 64 readings overlap fully; longer ones advance by at most 1/32 of the
@@ -66,7 +71,9 @@ class AllanRecorder {
 
   /// Non-finite values, and those above 1e100, are ignored.
   void add(double value);
+  /// Number of readings.
   [[nodiscard]] std::size_t count() const { return count_; }
+  /// Of the readings.
   [[nodiscard]] double mean() const;
 
   /// Allan deviation: of first differences of means.
@@ -101,20 +108,22 @@ class AllanRecorder {
 
 /// A coefficient and its standard deviation; zero if the curve does not contain it.
 struct AllanCoefficient {
-  double value = 0.0;
-  double sigma = 0.0;
+  double value = 0.0;  ///< in its own unit, see AllanFit
+  double sigma = 0.0;  ///< standard deviation
   /// Averaging times at which this error contributes at least a third of the variance; zero: none.
-  double from_s = 0.0, to_s = 0.0;
+  double from_s = 0.0,  ///< shortest
+      to_s = 0.0;       ///< longest
 };
 
 /// Coefficients of the Allan variance 3Q²/τ² + N²/τ + (2 ln 2/π)B² + K²τ/3. For a gyro in rad/s
 /// their units are rad, rad/√s, rad/s and rad/s/√s.
 struct AllanFit {
-  AllanCoefficient quantisation;        ///< Q
-  AllanCoefficient random_walk;         ///< N: angle or velocity random walk (white noise)
-  AllanCoefficient bias_instability;    ///< B: flicker noise
-  AllanCoefficient rate_random_walk;    ///< K
-  double floor = 0.0, floor_tau_s = 0;  ///< the lowest point over √(2 ln 2/π), and where
+  AllanCoefficient quantisation;      ///< Q
+  AllanCoefficient random_walk;       ///< N: angle or velocity random walk (white noise)
+  AllanCoefficient bias_instability;  ///< B: flicker noise
+  AllanCoefficient rate_random_walk;  ///< K
+  double floor = 0.0,                 ///< lowest point over √(2 ln 2/π)
+      floor_tau_s = 0;                ///< its averaging time
 };
 
 /// Non-negative least squares on the relative variance, each point weighted by its own uncertainty
@@ -126,10 +135,12 @@ struct AllanFit {
 /// R(t) = σ² e^(−t/τ) of the slow part of a record; `found` is false if its autocorrelation does
 /// not decay within the record.
 struct GaussMarkovFit {
-  bool found = false;
-  double sigma = 0.0, tau_s = 0.0;
+  bool found = false;  ///< the autocorrelation decays within the record
+  double sigma = 0.0,  ///< of the process, in the unit of the readings
+      tau_s = 0.0;     ///< its correlation time
   /// Standard deviations, from the covariance of the lags of such a process (Bartlett 1946).
-  double sigma_sigma = 0.0, tau_sigma_s = 0.0;
+  double sigma_sigma = 0.0,  ///< of `sigma`
+      tau_sigma_s = 0.0;     ///< of `tau_s`
 };
 
 /// Processes readings one by one; stores means of blocks that double in length as the record grows.
@@ -143,6 +154,7 @@ class AutocorrelationRecorder {
 
   /// Autocorrelation of the block means about their mean, at multiples of block_s().
   [[nodiscard]] std::vector<double> autocorrelation(std::size_t lags) const;
+  /// Duration of a block.
   [[nodiscard]] double block_s() const { return period_s_ * static_cast<double>(length_); }
 
   /// Generalised least squares on the lags from one (white noise affects lag zero only) until the

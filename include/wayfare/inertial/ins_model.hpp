@@ -23,8 +23,8 @@ namespace wayfare {
 
 /// Geodetic position and azimuth of a vehicle.
 struct GeodeticHeading {
-  Geodetic position;
-  Angle azimuth;  ///< clockwise from north
+  Geodetic position;  ///< WGS-84
+  Angle azimuth;      ///< clockwise from north
 };
 
 /// Earth rate and transport rate measured by an upward gyro (1), rad/s.
@@ -58,9 +58,10 @@ struct GeodeticHeading {
 
 /// A local plane on the Earth: its origin and the azimuth of its x axis.
 struct LocalPlane {
-  Geodetic origin;
-  Angle azimuth_of_x;
+  Geodetic origin;     ///< where the plane touches the Earth
+  Angle azimuth_of_x;  ///< clockwise from north
 
+  /// Position and azimuth of a pose in the plane.
   [[nodiscard]] GeodeticHeading geodetic(const SE2d& pose) const {
     const double a = azimuth_of_x.radians(), c = std::cos(a), s = std::sin(a);
     // x points along the azimuth, y to its left.
@@ -73,14 +74,18 @@ struct LocalPlane {
 /// own. Order of the twelve: gyro bias, accelerometer bias, gyro scale, accelerometer scale.
 template <class T>
 struct InsNoise {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  Eigen::Matrix<T, 12, 1> sigma, tau_s;
-  Vector3 gyro_white, accel_white;
-  T clock_bias_walk, clock_drift_walk;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three axes
+  Eigen::Matrix<T, 12, 1> sigma,           ///< stationary standard deviations
+      tau_s;                               ///< correlation times
+  Vector3 gyro_white,                      ///< rad/√s
+      accel_white;                         ///< m/s/√s
+  T clock_bias_walk,                       ///< m/√s
+      clock_drift_walk;                    ///< m/s/√s
   /// Random walk of the inter-system clock offsets, m/√s.
   T clock_offset_walk = T(0.01);
 
   InsNoise() = default;
+  /// The same for every lane.
   InsNoise(const ImuNoise& imu, const ReceiverClockNoise& clock)
       : gyro_white(imu.gyro_white_rad_per_sqrt_s.template cast<T>()),
         accel_white(imu.accel_white_mps_per_sqrt_s.template cast<T>()),
@@ -98,10 +103,15 @@ struct InsNoise {
 /// ω = (ω̃ − b)/(1 + s), element by element (Zhang 2020, section 3.1).
 template <class T>
 struct CorrectedImu {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  Vector3 inverse_gyro_scale, inverse_accel_scale;
-  Vector3 begin_rate, end_rate, begin_force, end_force;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three axes
+  Vector3 inverse_gyro_scale,              ///< 1/(1 + s) of the gyro
+      inverse_accel_scale;                 ///< of the accelerometer
+  Vector3 begin_rate,                      ///< rad/s, start
+      end_rate,                            ///< rad/s, end
+      begin_force,                         ///< m/s², start
+      end_force;                           ///< m/s², end
 
+  /// Of the readings of an interval.
   CorrectedImu(const Vector3& gyro_bias, const Vector3& accel_bias, const Vector3& gyro_scale,
                const Vector3& accel_scale, const ImuInterval& u)
       : inverse_gyro_scale((gyro_scale.array() + T(1)).inverse()),
@@ -122,12 +132,14 @@ struct CorrectedImu {
 template <class T>
 class Strapdown {
  public:
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  using Matrix3 = Eigen::Matrix<T, 3, 3>;
-  using Moves = BlockList<ins::Position<T>, ins::Velocity<T>, ins::Attitude<T>>;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three axes
+  using Matrix3 = Eigen::Matrix<T, 3, 3>;  ///< rotations and derivatives
+  using Moves = BlockList<ins::Position<T>, ins::Velocity<T>, ins::Attitude<T>>;  ///< blocks moved
+  /// Blocks they depend on.
   using By = BlockList<ins::Position<T>, ins::Velocity<T>, ins::Attitude<T>, ins::GyroBias<T>,
                        ins::AccelBias<T>, ins::GyroScale<T>, ins::AccelScale<T>>;
 
+  /// The plane must outlive it.
   Strapdown(const LocalTangentPlane& plane, const InsNoise<T>& noise)
       : plane_(plane),
         gyro_white_(noise.gyro_white),
@@ -135,6 +147,7 @@ class Strapdown {
         gyro_sigma_(noise.sigma.template segment<3>(0)),
         accel_sigma_(noise.sigma.template segment<3>(3)) {}
 
+  /// Moved, Jacobian and noise of one interval, as Process takes them.
   [[nodiscard]] auto step(const Vector3& position_m, const Vector3& velocity_mps,
                           const SO3<T>& q_nu, const Vector3& gyro_bias, const Vector3& accel_bias,
                           const Vector3& gyro_scale, const Vector3& accel_scale,
@@ -193,6 +206,7 @@ class Strapdown {
   Vector3 gyro_white_, accel_white_, gyro_sigma_, accel_sigma_;
 };
 
+/// Strapdown, the Gauss-Markov errors and the clock.
 template <class T, int Offsets>
 using InsProcess = Process<InsState<T, Offsets>, Strapdown<T>, ins::GyroBias<T>, ins::AccelBias<T>,
                            ins::GyroScale<T>, ins::AccelScale<T>, ins::Clock<T, Offsets>>;
@@ -201,6 +215,7 @@ using InsProcess = Process<InsState<T, Offsets>, Strapdown<T>, ins::GyroBias<T>,
 template <class T, int Offsets = 0>
 class InsModel : public InsProcess<T, Offsets> {
  public:
+  /// The plane must outlive it.
   InsModel(const LocalTangentPlane& plane, const InsNoise<T>& noise)
       : InsProcess<T, Offsets>(
             Strapdown<T>(plane, noise), {error(noise, 0)}, {error(noise, 3)}, {error(noise, 6)},

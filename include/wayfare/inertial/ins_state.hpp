@@ -3,10 +3,8 @@
 // Strapdown mechanisation over the rotating ellipsoid, second order in the step for signals that
 // change linearly within it (coning and sculling included). Savage 1998, parts 1 and 2; Groves
 // 2013, section 5.4.
-//
 // State of inertial navigation with GNSS: Zhang 2020, section 3.1, with a unit quaternion and a
 // three-dimensional attitude error.
-//
 // Motion constraints of a vehicle (non-holonomic, zero velocity, zero turn rate), and loosely
 // coupled positions and velocities, one axis at a time.
 
@@ -24,11 +22,14 @@ namespace wayfare {
 
 /// Two readings and the time between them.
 struct ImuInterval {
-  Eigen::Vector3d begin_rate_radps, end_rate_radps;
-  Eigen::Vector3d begin_force_mps2, end_force_mps2;
-  double dt_s = 0.0;
+  Eigen::Vector3d begin_rate_radps,  ///< rad/s, first reading
+      end_rate_radps;                ///< rad/s, second
+  Eigen::Vector3d begin_force_mps2,  ///< m/s², first reading
+      end_force_mps2;                ///< m/s², second
+  double dt_s = 0.0;                 ///< between the readings
 };
 
+/// The interval of two samples.
 [[nodiscard]] inline ImuInterval between(const ImuSample& begin, const ImuSample& end) {
   return {begin.angular_rate_radps, end.angular_rate_radps, begin.specific_force_mps2,
           end.specific_force_mps2, to_seconds(end.time - begin.time)};
@@ -41,7 +42,7 @@ struct InertialIncrement {
   Eigen::Matrix<T, 3, 1> rotation_rad;     ///< rotation vector
   Eigen::Matrix<T, 3, 1> velocity_mps;     ///< integral of the specific force
   Eigen::Matrix<T, 3, 1> mean_rate_radps;  ///< relative to inertial space
-  Eigen::Matrix<T, 3, 1> mean_force_mps2;
+  Eigen::Matrix<T, 3, 1> mean_force_mps2;  ///< specific force, m/s²
 };
 
 /// Integrates rates and forces that change linearly from begin to end, to second order: θ = T(ω₀ +
@@ -65,8 +66,10 @@ template <class T>
 /// Earth rate and transport rate (Groves 2013, (5.41), (5.44)), rad/s, in local level axes.
 template <class T>
 struct LevelRates {
-  Eigen::Matrix<T, 3, 1> earth, transport;
+  Eigen::Matrix<T, 3, 1> earth,  ///< of the Earth's axes
+      transport;                 ///< of the local level over the Earth
 };
+/// At a velocity `v` north, east, down, m/s.
 template <class T>
 [[nodiscard]] LevelRates<T> level_rates(const EarthAt<T>& at, const Eigen::Matrix<T, 3, 1>& v) {
   const T rate = T(wgs84::kEarthRate_radps);
@@ -78,9 +81,9 @@ template <class T>
 /// Position on the tangent plane, velocity and attitude of an inertial unit.
 template <class T>
 struct Navigation {
-  Eigen::Matrix<T, 3, 1> position_m;
-  Eigen::Matrix<T, 3, 1> velocity_mps;
-  SO3<T> q_nu;
+  Eigen::Matrix<T, 3, 1> position_m;    ///< on the tangent plane
+  Eigen::Matrix<T, 3, 1> velocity_mps;  ///< north, east, down
+  SO3<T> q_nu;                          ///< unit to local level
 };
 
 /// One step: Zhang 2020, section 3.1; the attitude is updated first, by the measured rotation and
@@ -106,87 +109,108 @@ template <class T>
 /// The blocks of InsState.
 namespace ins {
 
+/// Position on a LocalTangentPlane: north, east, down, m.
 template <class T>
-struct Position {  ///< on a LocalTangentPlane: north, east, down, m
-  using Value = Eigen::Matrix<T, 3, 1>;
+struct Position {
+  using Value = Eigen::Matrix<T, 3, 1>;  ///< m
+  /// Member of states.
   struct Storage {
-    Value position_m = Value::Zero();
+    Value position_m = Value::Zero();  ///< north, east, down, m
   };
-  static constexpr auto kMember = &Storage::position_m;
+  static constexpr auto kMember = &Storage::position_m;  ///< where states keep it
+  /// Names of its errors.
   static constexpr BlockNames<3> kNames{"position north", "position east", "position down"};
 };
 
+/// Velocity north, east, down, m/s.
 template <class T>
-struct Velocity {  ///< north, east, down, m/s
-  using Value = Eigen::Matrix<T, 3, 1>;
+struct Velocity {
+  using Value = Eigen::Matrix<T, 3, 1>;  ///< m/s
+  /// Member of states.
   struct Storage {
-    Value velocity_mps = Value::Zero();
+    Value velocity_mps = Value::Zero();  ///< north, east, down, m/s
   };
-  static constexpr auto kMember = &Storage::velocity_mps;
+  static constexpr auto kMember = &Storage::velocity_mps;  ///< where states keep it
+  /// Names of its errors.
   static constexpr BlockNames<3> kNames{"velocity north", "velocity east", "velocity down"};
 };
 
+/// Rotates the unit's axes to local level; error in the unit's axes, rad.
 template <class T>
-struct Attitude {  ///< rotates the unit's axes to local level; error in the unit's axes, rad
-  using Value = SO3<T>;
+struct Attitude {
+  using Value = SO3<T>;  ///< unit to local level
+  /// Member of states.
   struct Storage {
-    Value q_nu;
+    Value q_nu;  ///< unit to local level
   };
-  static constexpr auto kMember = &Storage::q_nu;
+  static constexpr auto kMember = &Storage::q_nu;  ///< where states keep it
+  /// Names of its errors.
   static constexpr BlockNames<3> kNames{"attitude x", "attitude y", "attitude z"};
 };
 
+/// Gyro bias, rad/s.
 template <class T>
-struct GyroBias : GaussMarkov<3, T> {  ///< rad/s
-  using Value = Eigen::Matrix<T, 3, 1>;
+struct GyroBias : GaussMarkov<3, T> {
+  using Value = Eigen::Matrix<T, 3, 1>;  ///< rad/s
+  /// Member of states.
   struct Storage {
-    Value gyro_bias_radps = Value::Zero();
+    Value gyro_bias_radps = Value::Zero();  ///< rad/s, the unit's axes
   };
-  static constexpr auto kMember = &Storage::gyro_bias_radps;
+  static constexpr auto kMember = &Storage::gyro_bias_radps;  ///< where states keep it
+  /// Names of its errors.
   static constexpr BlockNames<3> kNames{"gyro bias x", "gyro bias y", "gyro bias z"};
 };
 
+/// Accelerometer bias, m/s².
 template <class T>
-struct AccelBias : GaussMarkov<3, T> {  ///< m/s²
-  using Value = Eigen::Matrix<T, 3, 1>;
+struct AccelBias : GaussMarkov<3, T> {
+  using Value = Eigen::Matrix<T, 3, 1>;  ///< m/s²
+  /// Member of states.
   struct Storage {
-    Value accel_bias_mps2 = Value::Zero();
+    Value accel_bias_mps2 = Value::Zero();  ///< m/s², the unit's axes
   };
-  static constexpr auto kMember = &Storage::accel_bias_mps2;
+  static constexpr auto kMember = &Storage::accel_bias_mps2;  ///< where states keep it
   static constexpr BlockNames<3> kNames{"accelerometer bias x", "accelerometer bias y",
-                                        "accelerometer bias z"};
+                                        "accelerometer bias z"};  ///< of its errors
 };
 
+/// Gyro scale error, relative.
 template <class T>
 struct GyroScale : GaussMarkov<3, T> {
-  using Value = Eigen::Matrix<T, 3, 1>;
+  using Value = Eigen::Matrix<T, 3, 1>;  ///< per axis
+  /// Member of states.
   struct Storage {
-    Value gyro_scale = Value::Zero();
+    Value gyro_scale = Value::Zero();  ///< relative, the unit's axes
   };
-  static constexpr auto kMember = &Storage::gyro_scale;
+  static constexpr auto kMember = &Storage::gyro_scale;  ///< where states keep it
+  /// Names of its errors.
   static constexpr BlockNames<3> kNames{"gyro scale x", "gyro scale y", "gyro scale z"};
 };
 
+/// Accelerometer scale error, relative.
 template <class T>
 struct AccelScale : GaussMarkov<3, T> {
-  using Value = Eigen::Matrix<T, 3, 1>;
+  using Value = Eigen::Matrix<T, 3, 1>;  ///< per axis
+  /// Member of states.
   struct Storage {
-    Value accel_scale = Value::Zero();
+    Value accel_scale = Value::Zero();  ///< relative, the unit's axes
   };
-  static constexpr auto kMember = &Storage::accel_scale;
+  static constexpr auto kMember = &Storage::accel_scale;  ///< where states keep it
   static constexpr BlockNames<3> kNames{"accelerometer scale x", "accelerometer scale y",
-                                        "accelerometer scale z"};
+                                        "accelerometer scale z"};  ///< of its errors
 };
 
 /// Bias (m) and drift (m/s) of the receiver's clock, then inter-system offsets (m).
 template <class T, int Offsets>
 struct Clock : ReceiverClockBlock<Offsets, T> {
   static_assert(Offsets <= 5);
-  using Value = Eigen::Matrix<T, 2 + Offsets, 1>;
+  using Value = Eigen::Matrix<T, 2 + Offsets, 1>;  ///< bias, drift, offsets
+  /// Member of states.
   struct Storage {
-    Value clock = Value::Zero();
+    Value clock = Value::Zero();  ///< m, m/s, then m
   };
-  static constexpr auto kMember = &Storage::clock;
+  static constexpr auto kMember = &Storage::clock;  ///< where states keep it
+  /// Names of its errors.
   static constexpr BlockNames<2 + Offsets> kNames = [] {
     constexpr BlockNames<7> kAll{"clock bias",     "clock drift",    "clock offset 1",
                                  "clock offset 2", "clock offset 3", "clock offset 4",
@@ -208,27 +232,30 @@ using InsState =
 
 /// Places of the errors in the tangent of InsState.
 namespace ins_state {
-using Plain = InsState<double>;
-inline constexpr int kPosition = Plain::index<ins::Position<double>>();
-inline constexpr int kVelocity = Plain::index<ins::Velocity<double>>();
-inline constexpr int kAttitude = Plain::index<ins::Attitude<double>>();
-inline constexpr int kGyroBias = Plain::index<ins::GyroBias<double>>();
-inline constexpr int kAccelBias = Plain::index<ins::AccelBias<double>>();
-inline constexpr int kGyroScale = Plain::index<ins::GyroScale<double>>();
-inline constexpr int kAccelScale = Plain::index<ins::AccelScale<double>>();
-inline constexpr int kClock = Plain::index<ins::Clock<double, 0>>();
-inline constexpr int kSize = Plain::kDof;
+using Plain = InsState<double>;  ///< of double, without offsets
+inline constexpr int kPosition = Plain::index<ins::Position<double>>();  ///< north, east, down
+inline constexpr int kVelocity = Plain::index<ins::Velocity<double>>();  ///< north, east, down
+inline constexpr int kAttitude = Plain::index<ins::Attitude<double>>();  ///< about the unit's axes
+inline constexpr int kGyroBias = Plain::index<ins::GyroBias<double>>();  ///< of three
+inline constexpr int kAccelBias = Plain::index<ins::AccelBias<double>>();    ///< of three
+inline constexpr int kGyroScale = Plain::index<ins::GyroScale<double>>();    ///< of three
+inline constexpr int kAccelScale = Plain::index<ins::AccelScale<double>>();  ///< of three
+inline constexpr int kClock = Plain::index<ins::Clock<double, 0>>();         ///< bias, then drift
+inline constexpr int kSize = Plain::kDof;                                    ///< number of errors
 }  // namespace ins_state
 
 /// The velocity of a point of the vehicle along one of its directions is `speed_mps` (zero: a
 /// non-holonomic constraint). Direction and lever arm in the unit's axes, lever from the unit.
 template <class T, int Offsets = 0>
 struct BodyVelocityModel {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  Vector3 direction, lever_m, gyro_radps;
-  T speed_mps, variance;
-
-  using Row = SparseRow<T, 9>;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three components
+  Vector3 direction,                       ///< unit vector
+      lever_m,                             ///< from the unit to the point
+      gyro_radps;                          ///< measured rate
+  T speed_mps,                             ///< along the direction
+      variance;                            ///< of the speed, (m/s)²
+  using Row = SparseRow<T, 9>;             ///< nonzero numbers of H
+  /// Innovation, row and variance at a state.
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     const Vector3 inverse_scale = (x.gyro_scale.array() + T(1)).inverse();
     const Vector3 rate = (gyro_radps - x.gyro_bias_radps).cwiseProduct(inverse_scale);
@@ -247,10 +274,11 @@ struct BodyVelocityModel {
 /// Velocity over the Earth along north, east or down (`axis`) is `velocity_mps`.
 template <class T, int Offsets = 0>
 struct VelocityModel {
-  int axis;
-  T velocity_mps, variance;
-
-  using Row = SparseRow<T, 1>;
+  int axis;                     ///< 0 north, 1 east, 2 down
+  T velocity_mps,               ///< measured
+      variance;                 ///< (m/s)²
+  using Row = SparseRow<T, 1>;  ///< nonzero number of H
+  /// Innovation, row and variance at a state.
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     return {velocity_mps - x.velocity_mps[axis], {{ins_state::kVelocity + axis}, {T(1)}}, variance};
   }
@@ -260,10 +288,11 @@ struct VelocityModel {
 /// variance: below the bias stability of any unit that needs this).
 template <class T, int Offsets = 0>
 struct ZeroTurnRateModel {
-  int axis;
-  T gyro_radps, variance;
-
-  using Row = SparseRow<T, 1>;
+  int axis;                     ///< 0 x, 1 y, 2 z of the unit
+  T gyro_radps,                 ///< measured
+      variance;                 ///< (rad/s)²
+  using Row = SparseRow<T, 1>;  ///< nonzero number of H
+  /// Innovation, row and variance at a state.
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     return {
         gyro_radps - x.gyro_bias_radps[axis], {{ins_state::kGyroBias + axis}, {T(1)}}, variance};
@@ -273,13 +302,14 @@ struct ZeroTurnRateModel {
 /// The antenna's position along `direction` (local level), as computed by a GNSS receiver.
 template <class T, int Offsets = 0>
 struct AntennaPositionModel {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  const LocalTangentPlane& plane;
-  Vector3 position_m;  ///< on the tangent plane
-  Vector3 direction, lever_m;
-  T variance;
-
-  using Row = SparseRow<T, 6>;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three components
+  const LocalTangentPlane& plane;          ///< of the state's positions; must outlive this
+  Vector3 position_m;                      ///< on the tangent plane
+  Vector3 direction,                       ///< unit vector
+      lever_m;                             ///< the unit's axes
+  T variance;                              ///< m²
+  using Row = SparseRow<T, 6>;             ///< nonzero numbers of H
+  /// Innovation, row and variance at a state.
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     const EarthAt<T> at = plane.earth(x.position_m);
     const Vector3 ground(T(1) / at.north_scale, T(1) / at.east_scale, T(1));
@@ -296,11 +326,14 @@ struct AntennaPositionModel {
 /// The antenna's velocity along `direction` (local level).
 template <class T, int Offsets = 0>
 struct AntennaVelocityModel {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  Vector3 velocity_mps, direction, lever_m, gyro_radps;
-  T variance;
-
-  using Row = SparseRow<T, 6>;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;  ///< of three components
+  Vector3 velocity_mps,                    ///< measured, local level
+      direction,                           ///< unit vector
+      lever_m,                             ///< the unit's axes
+      gyro_radps;                          ///< measured rate, the unit's axes
+  T variance;                              ///< (m/s)²
+  using Row = SparseRow<T, 6>;             ///< nonzero numbers of H
+  /// Innovation, row and variance at a state.
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     const Vector3 rate =
         (gyro_radps - x.gyro_bias_radps).cwiseQuotient(Vector3(x.gyro_scale.array() + T(1)));

@@ -21,9 +21,10 @@
 
 namespace wayfare::io {
 
+/// A topic of a bag and the type of its messages.
 struct BagConnection {
-  std::uint32_t id = 0;
-  std::string topic = {};
+  std::uint32_t id = 0;         ///< given by the writer
+  std::string topic = {};       ///< such as /scan
   std::string type = {};        ///< such as sensor_msgs/Imu
   std::string md5 = {};         ///< of the type's definition
   std::string definition = {};  ///< of the type and its nested types
@@ -32,11 +33,12 @@ struct BagConnection {
 
 /// One message; `connection` and `data` are valid until the reader's callable returns.
 struct BagMessage {
-  const BagConnection* connection = nullptr;
-  LogTime time;  ///< when it was received
-  std::string_view data;
+  const BagConnection* connection = nullptr;  ///< its topic and type
+  LogTime time;                               ///< when it was received
+  std::string_view data;                      ///< serialised message
 };
 
+/// Limits of a BagReader.
 struct BagReadOptions {
   /// Larger chunks and records are not read; this bounds the memory.
   std::size_t max_record_bytes = std::size_t{1} << 28;
@@ -46,10 +48,10 @@ struct BagReadOptions {
 /// The contents of a bag from its index, or from the data where the index is missing or damaged.
 struct BagContents {
   std::vector<BagConnection> connections;  ///< in order of their identifiers
-  std::uint64_t messages = 0;
-  std::uint64_t bytes = 0;  ///< of the file when it was opened
-  bool indexed = false;     ///< the file's own index was used
-  Problems problems;        ///< each with its byte offset
+  std::uint64_t messages = 0;              ///< number of all
+  std::uint64_t bytes = 0;                 ///< of the file when it was opened
+  bool indexed = false;                    ///< the file's own index was used
+  Problems problems;                       ///< each with its byte offset
 };
 
 /// A bag opened for reading; copies share it.
@@ -63,6 +65,7 @@ class BagReader {
   [[nodiscard]] static Result<BagReader> parse(std::string bytes, const std::string& source,
                                                const BagReadOptions& options = {});
 
+  /// As found when the bag was opened.
   [[nodiscard]] const BagContents& contents() const;
 
   /// Calls `sink` with all messages in the order of the file until it returns false. Returns the
@@ -82,6 +85,7 @@ class BagReader {
 /// complete only at the end. For live recording, use MCAP.
 class BagWriter {
  public:
+  /// An empty bag; a chunk is closed once it has `chunk_bytes`.
   explicit BagWriter(std::size_t chunk_bytes = std::size_t{768} << 10U);
 
   /// Returns the identifier of the connection; `connection.id` is ignored.

@@ -34,6 +34,7 @@
 
 namespace wayfare::io {
 
+/// Ranges, times and limits of read_carmen.
 struct CarmenOptions {
   /// Shorter ranges are not returns, metres. Logs write 0 for a beam that failed.
   float min_range_m = 0.05F;
@@ -49,17 +50,19 @@ struct CarmenOptions {
   std::size_t max_problems = 100;
   /// Whether a log without laser scans is an error.
   bool needs_laser = true;
-  ReadOptions file = {};
+  ReadOptions file = {};  ///< limits of the file
 };
 
+/// Where a log's odometry is from.
 enum class OdometrySource {
   none,         ///< the log has no odometry
   odom_lines,   ///< ODOM (or Odometry) lines
   scan_fields,  ///< the odometry written with each scan
 };
 
+/// Counts of lines and measurements.
 struct CarmenStatistics {
-  std::size_t lines = 0;
+  std::size_t lines = 0;           ///< of the file
   std::size_t scans = 0;           ///< in the recording
   std::size_t rear_scans = 0;      ///< in `rear_scans`
   std::size_t odometry = 0;        ///< in the recording
@@ -71,14 +74,15 @@ struct CarmenStatistics {
   std::size_t skipped_lines = 0;   ///< malformed, or out of time order
   std::size_t invalid_ranges = 0;  ///< not finite or negative: treated as no return
   std::size_t invalid_points = 0;  ///< of radar lines, not finite: dropped
-  OdometrySource odometry_source = OdometrySource::none;
+  OdometrySource odometry_source = OdometrySource::none;  ///< of the recording
   /// Ranges from here on are not returns, metres.
   float max_range_m = 0.0F;
-  bool compressed = false;
+  bool compressed = false;                   ///< by gzip
   bool synthetic_time = false;               ///< the log has no time stamps
   std::map<std::string, std::size_t> other;  ///< unused lines, by their first word
 };
 
+/// A log as a recording, with what is not part of one.
 struct CarmenLog {
   /// Front laser, odometry, radar, wheels, gyro and truth. Times are the log's IPC time stamps,
   /// exact to the nanosecond and not decreasing; equal stamps occur. Of lines out of order, the
@@ -90,8 +94,8 @@ struct CarmenLog {
   /// Scans of the rear laser, bearings relative to its own axis, which points backwards.
   std::vector<LaserScan> rear_scans;
   std::map<std::string, std::string> parameters;  ///< PARAM lines; the last value is kept
-  Problems problems;
-  CarmenStatistics statistics;
+  Problems problems;                              ///< lines skipped or changed
+  CarmenStatistics statistics;                    ///< counts
 };
 
 /// Field of view: 180 or 181 beams are 1° apart from −90°, 360 or 361 are 0.5° apart; any other
@@ -110,6 +114,7 @@ struct CarmenLog {
 /// read, or contains no usable scan (without `needs_laser`: no usable line).
 [[nodiscard]] Result<CarmenLog> read_carmen(const std::string& path,
                                             const CarmenOptions& options = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<CarmenLog> parse_carmen(std::string_view text, const std::string& source,
                                              const CarmenOptions& options = {});
 
@@ -119,6 +124,7 @@ struct CarmenLog {
 /// others as ROBOTLASER1. Numbers read back to the same bits; times are exact, with nine decimals.
 [[nodiscard]] std::string format_carmen(const Recording& recording);
 
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_carmen(const std::string& path, const Recording& recording,
                                                const WriteOptions& options = {}) {
   return write_file(path, format_carmen(recording), options);

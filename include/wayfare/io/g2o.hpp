@@ -27,10 +27,11 @@
 
 namespace wayfare::io {
 
+/// A pose of a file.
 template <class G>
 struct GraphVertex {
-  std::int64_t id = 0;
-  G pose{};
+  std::int64_t id = 0;   ///< in the file
+  G pose{};              ///< initial value
   std::size_t line = 0;  ///< in the file, 0: not from a file
 };
 
@@ -38,16 +39,18 @@ struct GraphVertex {
 /// g2o's error: (x, y, θ), or translation then the vector part of the unit quaternion.
 template <class G>
 struct GraphEdge {
-  std::int64_t from = 0;
-  std::int64_t to = 0;
-  G measurement{};
-  SquareOf<G> information = SquareOf<G>::Identity();
-  std::size_t line = 0;  ///< in the file, 0: not from a file
+  std::int64_t from = 0;                              ///< id of a vertex
+  std::int64_t to = 0;                                ///< id of another vertex
+  G measurement{};                                    ///< Z
+  SquareOf<G> information = SquareOf<G>::Identity();  ///< of the error
+  std::size_t line = 0;                               ///< in the file, 0: not from a file
 };
 
+/// A landmark of a file.
 template <class G>
 struct GraphLandmark {
-  std::int64_t id = 0;
+  std::int64_t id = 0;  ///< in the file
+  /// Initial value, m.
   typename LandmarkPosition<G>::Point position = LandmarkPosition<G>::Point::Zero();
   std::size_t line = 0;  ///< in the file, 0: not from a file
 };
@@ -55,14 +58,15 @@ struct GraphLandmark {
 /// Another measurement: an edge of factor graphs with the numbers of its line.
 template <class E>
 struct GraphMeasurement {
-  std::array<std::int64_t, E::Variables::kCount> ids{};
-  E edge{};
+  std::array<std::int64_t, E::Variables::kCount> ids{};  ///< of its variables
+  E edge{};                                              ///< the measurement
   /// In space, of LandmarkPosition, PoseOf and PositionOf: the id of the sensor's pose among
   /// `sensors`. It is not applied to `edge`.
   std::int64_t sensor = 0;
   std::size_t line = 0;  ///< in the file, 0: not from a file
 };
 
+/// One list for each type of edge.
 template <class... E>
 using MeasurementLists = std::tuple<std::vector<GraphMeasurement<E>>...>;
 
@@ -70,13 +74,17 @@ using MeasurementLists = std::tuple<std::vector<GraphMeasurement<E>>...>;
 /// has lines for bearings and for ranges.
 template <class G>
 struct GraphMeasurements;
+/// In the plane.
 template <>
 struct GraphMeasurements<SE2d> {
+  /// One list for each type.
   using Lists = MeasurementLists<LandmarkPosition<SE2d>, BearingRange, RangeTo<SE2d>, PoseOf<SE2d>,
                                  PositionOf<SE2d>, Prior<Eigen::Vector2d>>;
 };
+/// In space.
 template <>
 struct GraphMeasurements<SE3d> {
+  /// One list for each type.
   using Lists = MeasurementLists<LandmarkPosition<SE3d>, PoseOf<SE3d>, PositionOf<SE3d>,
                                  Prior<Eigen::Vector3d>>;
 };
@@ -84,11 +92,11 @@ struct GraphMeasurements<SE3d> {
 /// Vertices and landmarks have different ids; edges join different vertices of the graph.
 template <class G>
 struct GraphFile {
-  std::vector<GraphVertex<G>> vertices;
-  std::vector<GraphEdge<G>> edges;
-  std::vector<std::int64_t> fixed;  ///< ids of FIX lines
-  std::vector<GraphLandmark<G>> landmarks;
-  typename GraphMeasurements<G>::Lists measurements;
+  std::vector<GraphVertex<G>> vertices;               ///< poses, in the order of the file
+  std::vector<GraphEdge<G>> edges;                    ///< between poses, in the order of the file
+  std::vector<std::int64_t> fixed;                    ///< ids of FIX lines
+  std::vector<GraphLandmark<G>> landmarks;            ///< in the order of the file
+  typename GraphMeasurements<G>::Lists measurements;  ///< other lines, type by type
   /// Poses of sensors in the frame of the robot, by id (PARAMS_SE3OFFSET); in space only.
   std::map<std::int64_t, G> sensors;
 
@@ -97,10 +105,12 @@ struct GraphFile {
   /// Information matrices projected to the nearest positive semi-definite one (option).
   std::size_t projected_edges = 0;
 
+  /// The measurements of one type.
   template <class X>
   [[nodiscard]] std::vector<GraphMeasurement<X>>& all() {
     return std::get<std::vector<GraphMeasurement<X>>>(measurements);
   }
+  /// The measurements of one type.
   template <class X>
   [[nodiscard]] const std::vector<GraphMeasurement<X>>& all() const {
     return std::get<std::vector<GraphMeasurement<X>>>(measurements);
@@ -112,8 +122,9 @@ struct GraphFile {
   }
 };
 
-using AnyGraphFile = std::variant<GraphFile<SE2d>, GraphFile<SE3d>>;
+using AnyGraphFile = std::variant<GraphFile<SE2d>, GraphFile<SE3d>>;  ///< by the kind of its lines
 
+/// What to do with an information matrix that is not positive semi-definite.
 enum class IndefiniteInformation {
   refuse,   ///< an error that names edge and line
   project,  ///< negative eigenvalues become zero: the nearest semi-definite matrix (Frobenius)
@@ -121,17 +132,19 @@ enum class IndefiniteInformation {
 
 /// What the matrices of ODOMETRY and LANDMARK lines are; those of all other lines are information.
 enum class LogMatrix {
-  covariance,  ///< as in GTSAM's data sets
-  information,
+  covariance,        ///< as in GTSAM's data sets
+  information,       ///< inverse of the covariance
   root_information,  ///< upper triangular R with RᵀR = Ω, as in iSAM's files
 };
 
+/// How matrices are read.
 struct G2oOptions {
-  LogMatrix log_matrix = LogMatrix::covariance;
+  LogMatrix log_matrix = LogMatrix::covariance;  ///< of ODOMETRY and LANDMARK lines
+  /// Information matrices with negative eigenvalues.
   IndefiniteInformation indefinite = IndefiniteInformation::refuse;
   /// Tolerance of negative eigenvalues due to rounding of the text, relative to the largest.
   double eigenvalue_tolerance = 1e-6;
-  ReadOptions file = {};
+  ReadOptions file = {};  ///< limits of the file
 };
 
 /// ODOMETRY, LANDMARK and BR lines define vertices that no line before them does: poses along the
@@ -142,13 +155,16 @@ struct G2oOptions {
 /// at all.
 [[nodiscard]] Result<AnyGraphFile> read_g2o(const std::string& path,
                                             const G2oOptions& options = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<AnyGraphFile> parse_g2o(std::string_view text, const std::string& source,
                                              const G2oOptions& options = {});
 
 /// Numbers read back to the same bits.
 [[nodiscard]] std::string format_g2o(const GraphFile<SE2d>& graph);
+/// Numbers read back to the same bits.
 [[nodiscard]] std::string format_g2o(const GraphFile<SE3d>& graph);
 
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 template <class G>
 [[nodiscard]] Result<void> write_g2o(const std::string& path, const GraphFile<G>& graph,
                                      const WriteOptions& options = {}) {

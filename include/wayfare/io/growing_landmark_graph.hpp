@@ -10,6 +10,7 @@
 
 namespace wayfare::io {
 
+/// What optimise_growing did.
 struct GrowthReport {
   double cost = 0.0;       ///< Σ ρ(eᵀΩe) at the end
   int rounds = 0;          ///< linear systems solved

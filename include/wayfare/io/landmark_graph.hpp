@@ -61,9 +61,10 @@ using LandmarkGraph =
 /// An edge with a kernel of its own, which graduated non-convexity may reject if `robust`.
 template <Edge E>
 struct DoubtfulEdge : E {
-  RobustKernel kernel;
-  bool robust = false;
+  RobustKernel kernel;  ///< its loss
+  bool robust = false;  ///< may be an outlier
 };
+/// Poses and landmarks, each edge with a kernel of its own.
 template <LieGroup G>
 using RobustLandmarkGraph =
     typename landmark_detail::LandmarkGraphOf<G, typename GraphMeasurements<G>::Lists,

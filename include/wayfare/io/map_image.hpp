@@ -24,34 +24,36 @@ namespace wayfare::io {
 
 /// Eight bits per channel, rows from the top, one (grey) or three (red, green, blue) channels.
 struct Image {
-  std::size_t width = 0;
-  std::size_t height = 0;
-  std::size_t channels = 1;
+  std::size_t width = 0;             ///< pixels
+  std::size_t height = 0;            ///< pixels
+  std::size_t channels = 1;          ///< 1 or 3
   std::vector<std::uint8_t> pixels;  ///< width · height · channels
 };
 
 /// The bytes of a PNG file. Errors: no pixels, or inconsistent sizes.
 [[nodiscard]] Result<std::string> encode_png(const Image& image);
 
+/// Errors: those of encode_png; the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] Result<void> write_png(const std::string& path, const Image& image,
                                      const WriteOptions& options = {});
 
 /// A rectangle of cells. Cell (column, row) covers from (column, row) · resolution on, in the frame
 /// whose pose in the map is `origin`: the lower left corner of the first cell.
 struct GridImage {
-  std::size_t width = 0;
-  std::size_t height = 0;
-  double resolution_m = 0.05;
-  SE2d origin{};
+  std::size_t width = 0;       ///< columns
+  std::size_t height = 0;      ///< rows
+  double resolution_m = 0.05;  ///< side of a cell
+  SE2d origin{};               ///< of the first cell's lower left corner, in the map
   /// Probability that the cell is occupied, row by row from the lowest; NaN is unknown.
   std::vector<float> occupancy;
 };
 
+/// Thresholds of the YAML file, and whether files are replaced.
 struct MapImageOptions {
   /// Occupied from the first on, free up to the second, unknown between; part of the YAML file.
   double occupied_threshold = 0.65;
-  double free_threshold = 0.196;
-  WriteOptions file = {};
+  double free_threshold = 0.196;  ///< see above
+  WriteOptions file = {};         ///< of both files
 };
 
 /// The cells of `map` within its bounds; a single unknown cell for an empty map. Of a map whose
@@ -62,20 +64,22 @@ struct MapImageOptions {
 /// The image for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
 [[nodiscard]] Result<std::string> format_pgm(const GridImage& grid,
                                              const MapImageOptions& options = {});
+/// The YAML file of `image_name`.
 [[nodiscard]] std::string format_map_yaml(const GridImage& grid, const std::string& image_name,
                                           const MapImageOptions& options = {});
 
 /// The image for viewing: grey by occupancy; unknown is a cool light grey.
 [[nodiscard]] Image to_picture(const GridImage& grid);
 
-using Colour = std::array<std::uint8_t, 3>;
-inline constexpr Colour kBlue = {21, 101, 192};
-inline constexpr Colour kRed = {211, 47, 47};
-inline constexpr Colour kGreen = {46, 125, 50};
+using Colour = std::array<std::uint8_t, 3>;      ///< red, green, blue
+inline constexpr Colour kBlue = {21, 101, 192};  ///< of estimates
+inline constexpr Colour kRed = {211, 47, 47};    ///< of particles and marks
+inline constexpr Colour kGreen = {46, 125, 50};  ///< of true paths
 
 /// Draws on the image of a map; positions in metres, in the map's frame.
 class MapPainter {
  public:
+  /// On to_picture(grid).
   explicit MapPainter(const GridImage& grid);
 
   /// A square with a side of `side` pixels. What is outside of the picture, or not finite, is not
@@ -84,6 +88,7 @@ class MapPainter {
   /// Two pixels wide.
   MapPainter& path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour);
 
+  /// With what was drawn.
   [[nodiscard]] const Image& picture() const { return picture_; }
 
  private:
@@ -105,28 +110,31 @@ class MapPainter {
 
 /// The content of a map's YAML file.
 struct MapYaml {
-  std::string image;
-  double resolution_m = 0.0;
-  SE2d origin{};
-  bool negate = false;
-  bool scale = false;
-  double occupied_threshold = 0.65;
-  double free_threshold = 0.196;
+  std::string image;                 ///< path of the image
+  double resolution_m = 0.0;         ///< side of a cell
+  SE2d origin{};                     ///< of the lower left corner, in the map
+  bool negate = false;               ///< dark is free
+  bool scale = false;                ///< grey is a probability
+  double occupied_threshold = 0.65;  ///< as of MapImageOptions
+  double free_threshold = 0.196;     ///< as of MapImageOptions
 };
+/// Errors name `source` and the line.
 [[nodiscard]] Result<MapYaml> parse_map_yaml(std::string_view text, const std::string& source);
 
 /// A grey PGM image, binary (P5) or text (P2), with a maximum of at most 255, which is scaled to
 /// 255.
 [[nodiscard]] Result<Image> parse_pgm(std::string_view bytes, const std::string& source);
 
+/// The points of a file.
 struct PointText {
-  std::vector<Eigen::Vector3d> points_m;
-  Problems problems;  ///< skipped lines
+  std::vector<Eigen::Vector3d> points_m;  ///< m, in the order of the file
+  Problems problems;                      ///< skipped lines
 };
 
 /// Empty lines and comments (#) are skipped, malformed lines reported by number and skipped.
 /// Errors: the file cannot be read or contains no point.
 [[nodiscard]] Result<PointText> read_points(const std::string& path);
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<PointText> parse_points(std::string_view text, const std::string& source);
 
 }  // namespace wayfare::io

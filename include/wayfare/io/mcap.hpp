@@ -24,66 +24,71 @@
 
 namespace wayfare::io {
 
-using McapMetadata = std::map<std::string, std::string>;
+using McapMetadata = std::map<std::string, std::string>;  ///< key and value
 
 /// The encoding of a message's bytes; identifiers count from 1, 0 is "no schema".
 struct McapSchema {
-  std::uint16_t id = 0;
+  std::uint16_t id = 0;       ///< from 1
   std::string name = {};      ///< such as foxglove.LaserScan
   std::string encoding = {};  ///< such as jsonschema
-  std::string data = {};
+  std::string data = {};      ///< its definition in that encoding
 };
 
 /// A stream of messages of one type.
 struct McapChannel {
-  std::uint16_t id = 0;
-  std::uint16_t schema = 0;
-  std::string topic = {};
+  std::uint16_t id = 0;               ///< from 0
+  std::uint16_t schema = 0;           ///< of its messages; 0: none
+  std::string topic = {};             ///< such as /scan
   std::string message_encoding = {};  ///< such as json
-  McapMetadata metadata = {};
+  McapMetadata metadata = {};         ///< of the channel
 };
 
 /// One message; `channel` and `data` are valid until the reader's callable returns.
 struct McapMessage {
-  const McapChannel* channel = nullptr;
-  std::uint32_t sequence = 0;
-  LogTime log_time;      ///< when it was received
-  LogTime publish_time;  ///< when it was made or measured
-  std::string_view data;
+  const McapChannel* channel = nullptr;  ///< its topic and encoding
+  std::uint32_t sequence = 0;            ///< number given by the writer
+  LogTime log_time;                      ///< when it was received
+  LogTime publish_time;                  ///< when it was made or measured
+  std::string_view data;                 ///< the message's bytes
 };
 
 /// Message counts and time range of a file.
 struct McapStatistics {
-  std::uint64_t messages = 0;
-  std::uint32_t chunks = 0;
-  LogTime first, last;  ///< log times of the earliest and the latest message
+  std::uint64_t messages = 0;                          ///< in all channels
+  std::uint32_t chunks = 0;                            ///< groups of messages
+  LogTime first,                                       ///< log time of the earliest message
+      last;                                            ///< of the latest one
   std::map<std::uint16_t, std::uint64_t> messages_of;  ///< by channel
 };
 
+/// Limits of a McapReader.
 struct McapReadOptions {
   /// Larger chunks and records are not read; this bounds the memory.
   std::size_t max_record_bytes = std::size_t{1} << 28;
   std::size_t max_problems = 100;  ///< kept in full; all are counted
 };
 
+/// Order of delivery.
 enum class McapOrder {
   file,      ///< the order of the file
   log_time,  ///< sorted by time, for equal times by order of writing; uses the chunk index
 };
 
+/// Which messages to read, and in which order.
 struct McapQuery {
-  McapOrder order = McapOrder::file;
-  std::set<std::string> topics = {};  ///< empty: all
-  LogTime from = LogTime::from_nanoseconds(0);
+  McapOrder order = McapOrder::file;                     ///< of delivery
+  std::set<std::string> topics = {};                     ///< empty: all
+  LogTime from = LogTime::from_nanoseconds(0);           ///< earliest log time
   LogTime until = LogTime::from_nanoseconds(INT64_MAX);  ///< both ends are included
 };
 
 /// The contents of a file from its summary, or from the data where that is missing or damaged.
 struct McapContents {
-  std::string profile, library;
-  std::vector<McapSchema> schemas;    ///< in order of their identifiers
-  std::vector<McapChannel> channels;  ///< in order of their identifiers
-  McapStatistics statistics;
+  std::string profile,                           ///< MCAP profile
+      library;                                   ///< name of the library that wrote it
+  std::vector<McapSchema> schemas;               ///< in order of their identifiers
+  std::vector<McapChannel> channels;             ///< in order of their identifiers
+  McapStatistics statistics;                     ///< counts and time range
   std::map<std::string, McapMetadata> metadata;  ///< by name; the last of each name is kept
   std::uint64_t bytes = 0;                       ///< of the file when it was opened
   bool indexed = false;                          ///< the file's own summary was used
@@ -101,6 +106,7 @@ class McapReader {
   [[nodiscard]] static Result<McapReader> parse(std::string bytes, const std::string& source,
                                                 const McapReadOptions& options = {});
 
+  /// As found when the file was opened.
   [[nodiscard]] const McapContents& contents() const;
 
   /// Calls `sink` with the messages of `query` until it returns false. Returns the problems: chunks
@@ -117,6 +123,7 @@ class McapReader {
   std::shared_ptr<const Impl> impl_;
 };
 
+/// Head and chunks of a file.
 struct McapWriterOptions {
   std::string profile = {};             ///< MCAP profile of the file; none by default
   std::string library = "wayfare";      ///< name of the writing library
@@ -132,6 +139,7 @@ class McapWriter {
   [[nodiscard]] static Result<McapWriter> create(const std::string& path,
                                                  const McapWriterOptions& options = {},
                                                  const WriteOptions& write = {});
+  /// To any destination; writes the head at once.
   [[nodiscard]] static Result<McapWriter> create(std::unique_ptr<ByteSink> sink,
                                                  const McapWriterOptions& options = {});
 
@@ -139,6 +147,7 @@ class McapWriter {
   [[nodiscard]] Result<std::uint16_t> add_schema(const std::string& name,
                                                  const std::string& encoding,
                                                  const std::string& data);
+  /// Error: no such schema, and as above.
   [[nodiscard]] Result<std::uint16_t> add_channel(const std::string& topic,
                                                   const std::string& message_encoding,
                                                   std::uint16_t schema = 0,
@@ -158,6 +167,7 @@ class McapWriter {
   /// Writes the summary and ends the file.
   [[nodiscard]] Result<void> close();
 
+  /// Of what was written so far.
   [[nodiscard]] const McapStatistics& statistics() const;
   [[nodiscard]] std::uint64_t bytes_written() const;  ///< flushed bytes only
 

@@ -16,35 +16,40 @@ namespace wayfare::io {
 
 /// Of a text file of columns.
 struct NavFileFormat {
-  ColumnFormat format;
+  ColumnFormat format;  ///< of its columns
   /// Delay of the velocities' time stamps, s: those of many receivers are means over the interval
   /// that ends at the stamp.
   double velocity_late_s = 0.0;
 };
 
+/// How the files of a recording are read.
 struct NavFormats {
   std::vector<NavFileFormat> imu;  ///< one per file of the unit; empty: they name their columns
-  NavFileFormat imu_clock, ranges, fixes, truth;
+  NavFileFormat imu_clock,         ///< of the pairs of times
+      ranges,                      ///< of corrected ranges
+      fixes,                       ///< of fixes
+      truth;                       ///< of the reference
   /// Of raw observations.
   double elevation_mask_deg = 10.0;
-  double min_cn0_dbhz = 0.0;
+  double min_cn0_dbhz = 0.0;  ///< weaker signals are left out
 };
 
 /// Paths; empty if there is none.
 struct NavFiles {
-  std::vector<std::string> imu;  ///< one, or gyro and accelerometer
-  std::string imu_tags;          ///< RTKLIB's time tags of the (first) file of the unit
-  std::string imu_clock;         ///< pairs of the unit's times and GPS times
-  std::string observations;
-  std::vector<std::string> navigation;
-  std::string ranges;
-  std::string fixes;
-  std::string truth;
+  std::vector<std::string> imu;         ///< one, or gyro and accelerometer
+  std::string imu_tags;                 ///< RTKLIB's time tags of the (first) file of the unit
+  std::string imu_clock;                ///< pairs of the unit's times and GPS times
+  std::string observations;             ///< RINEX, of the receiver
+  std::vector<std::string> navigation;  ///< RINEX, broadcast messages
+  std::string ranges;                   ///< corrected ranges as columns, instead of observations
+  std::string fixes;                    ///< of a receiver
+  std::string truth;                    ///< reference trajectory
 };
 
+/// What was read from all files.
 struct NavRecording {
-  GnssInsRecording recording;
-  eval::NavReference truth;
+  GnssInsRecording recording;  ///< each stream in order of time
+  eval::NavReference truth;    ///< empty without a file
   /// What was skipped, sorted or left out.
   std::vector<std::string> remarks;
 };
@@ -53,7 +58,9 @@ struct NavRecording {
 struct NavReading {
   std::function<void(double)> progress = {};           ///< fraction of the raw observations
   std::function<void(const Problems&)> problems = {};  ///< of each file
+  /// Of the unit's files.
   std::function<Result<ImuFile>(const std::string&, const ColumnFormat&)> imu = read_imu;
+  /// Of the file of fixes.
   std::function<Result<FixFile>(const std::string&, const ColumnFormat&)> fixes = read_fixes;
 };
 

@@ -40,14 +40,15 @@ struct LineEnd {
 struct ImuFile {
   std::vector<ImuSample> samples;  ///< in the order of the file
   std::vector<LineEnd> ends;       ///< of the samples' lines
-  bool has_gyro = false;
-  bool has_accelerometer = false;
-  Problems problems;
+  bool has_gyro = false;           ///< columns gx gy gz
+  bool has_accelerometer = false;  ///< columns ax ay az
+  Problems problems;               ///< lines skipped
 };
 
 /// Errors of these readers: the file cannot be read, a column is missing or has an unknown unit, or
 /// no line is usable.
 [[nodiscard]] Result<ImuFile> read_imu(const std::string& path, const ColumnFormat& format = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<ImuFile> parse_imu(std::string_view text, const std::string& source,
                                         const ColumnFormat& format = {});
 
@@ -62,11 +63,13 @@ struct ImuFile {
 /// are one epoch. Without sigma columns CorrectedRange's defaults apply.
 struct RangesFile {
   std::vector<RangeEpoch> epochs;  ///< in the order of the file
-  Problems problems;
+  Problems problems;               ///< lines skipped
 };
 
+/// Errors as of read_imu.
 [[nodiscard]] Result<RangesFile> read_ranges(const std::string& path,
                                              const ColumnFormat& format = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<RangesFile> parse_ranges(std::string_view text, const std::string& source,
                                               const ColumnFormat& format = {});
 
@@ -76,24 +79,26 @@ struct RangesFile {
 struct FixFile {
   std::vector<GnssFix> fixes;  ///< in the order of the file
   std::vector<int> qualities;  ///< of each fix; 0: not given
-  Problems problems;
+  Problems problems;           ///< lines skipped
 };
 
 /// Also reads RTKLIB's .pos files (latitude, longitude, height), recognised by their '%' heading.
 [[nodiscard]] Result<FixFile> read_fixes(const std::string& path, const ColumnFormat& format = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<FixFile> parse_fixes(std::string_view text, const std::string& source,
                                           const ColumnFormat& format = {});
 
 /// Columns lat lon h; vn ve and vd or vu; roll pitch yaw.
 struct NavFile {
-  NavTrajectory trajectory;  ///< in the order of the file; missing quantities are zero
-  bool has_velocity = false;
-  bool has_attitude = false;
-  Problems problems;
+  NavTrajectory trajectory;   ///< in the order of the file; missing quantities are zero
+  bool has_velocity = false;  ///< columns vn ve
+  bool has_attitude = false;  ///< columns roll pitch yaw
+  Problems problems;          ///< lines skipped
 };
 
 /// Also reads RTKLIB's .pos files.
 [[nodiscard]] Result<NavFile> read_nav(const std::string& path, const ColumnFormat& format = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<NavFile> parse_nav(std::string_view text, const std::string& source,
                                         const ColumnFormat& format = {});
 
@@ -101,35 +106,41 @@ struct NavFile {
 /// phone's fixes.
 struct ClockFile {
   std::vector<ClockPair<DeviceClock>> pairs;  ///< in the order of the file
-  Problems problems;
+  Problems problems;                          ///< lines skipped
 };
 
+/// Errors as of read_imu.
 [[nodiscard]] Result<ClockFile> read_clock(const std::string& path,
                                            const ColumnFormat& format = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<ClockFile> parse_clock(std::string_view text, const std::string& source,
                                             const ColumnFormat& format = {});
 
 /// With named columns; numbers other than angles read back to the same bits.
 [[nodiscard]] std::string format_imu(std::span<const ImuSample> samples);
-[[nodiscard]] std::string format_ranges(std::span<const RangeEpoch> epochs);
-[[nodiscard]] std::string format_fixes(std::span<const GnssFix> fixes);
-[[nodiscard]] std::string format_nav(std::span<const NavState> trajectory);
+[[nodiscard]] std::string format_ranges(std::span<const RangeEpoch> epochs);  ///< as format_imu
+[[nodiscard]] std::string format_fixes(std::span<const GnssFix> fixes);       ///< as format_imu
+[[nodiscard]] std::string format_nav(std::span<const NavState> trajectory);   ///< as format_imu
 
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_imu(const std::string& path,
                                             std::span<const ImuSample> samples,
                                             const WriteOptions& options = {}) {
   return write_file(path, format_imu(samples), options);
 }
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_ranges(const std::string& path,
                                                std::span<const RangeEpoch> epochs,
                                                const WriteOptions& options = {}) {
   return write_file(path, format_ranges(epochs), options);
 }
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_fixes(const std::string& path,
                                               std::span<const GnssFix> fixes,
                                               const WriteOptions& options = {}) {
   return write_file(path, format_fixes(fixes), options);
 }
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_nav(const std::string& path,
                                             std::span<const NavState> trajectory,
                                             const WriteOptions& options = {}) {
@@ -138,8 +149,8 @@ struct ClockFile {
 
 /// At `time`, GPS time by the computer's clock, this number of bytes of the stream had arrived.
 struct TimeTag {
-  std::uint64_t bytes = 0;
-  LogTime time;
+  std::uint64_t bytes = 0;  ///< of the stream
+  LogTime time;             ///< of arrival, GPS time
 };
 
 /// 64 bytes that begin with "TIMETAG RTKLIB", the last four of them the computer's tick; the start
@@ -152,6 +163,7 @@ struct TimeTagFile {
 
 /// Errors: the file cannot be read, is not a time tag file, or contains no tag.
 [[nodiscard]] Result<TimeTagFile> read_time_tags(const std::string& path);
+/// The same for bytes in memory; `source` names them in messages.
 [[nodiscard]] Result<TimeTagFile> parse_time_tags(std::string_view bytes,
                                                   const std::string& source);
 
@@ -164,20 +176,22 @@ struct TimeTagFile {
 
 /// The reference attitude of a sample, in the recording's world frame.
 struct MargReference {
-  SO3d q_world_body;
+  SO3d q_world_body;   ///< body to world
   bool known = false;  ///< false where its fields are empty or NaN
 };
 
+/// A recording of a nine-axis unit.
 struct MargFile {
   MargRecording samples;                 ///< in the order of the file; NaN: not measured
   std::vector<MargReference> reference;  ///< of each sample; empty without such columns
   std::vector<bool> moving;              ///< of each sample: column `moving`; true without it
   /// Air pressure at each sample, NaN: not measured; empty without column `p`.
   std::vector<double> pressure_Pa;
-  bool has_magnetometer = false;
-  Problems problems;
+  bool has_magnetometer = false;  ///< columns mx my mz
+  Problems problems;              ///< lines skipped
 };
 
+/// Columns and period of read_marg.
 struct MargFormat {
   /// The columns gx gy gz, ax ay az (both needed), mx my mz (uT, nT, mT, T or G), qw qx qy qz,
   /// moving (0 or 1), p (Pa, hPa, mbar, kPa), and the time.
@@ -190,11 +204,13 @@ struct MargFormat {
 /// usable; for a binary table also a wrong number of names, or a period that is negative or not
 /// finite.
 [[nodiscard]] Result<MargFile> read_marg(const std::string& path, const MargFormat& format = {});
+/// The same for bytes in memory; `source` names them in messages.
 [[nodiscard]] Result<MargFile> parse_marg(std::string_view bytes, const std::string& source,
                                           const MargFormat& format = {});
 
 /// Text with named columns; without the magnetometer's columns where no sample has a field.
 [[nodiscard]] std::string format_marg(std::span<const MargSample> samples);
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_marg(const std::string& path,
                                              std::span<const MargSample> samples,
                                              const WriteOptions& options = {}) {

@@ -17,25 +17,32 @@
 
 namespace wayfare::io {
 
-enum class Mark { line, dashed, points };
+/// How a series is drawn.
+enum class Mark {
+  line,    ///< through the points
+  dashed,  ///< through the points
+  points,  ///< alone
+};
 
 /// One curve: y over x, of the same length. A point that is not finite breaks the line.
 struct Series {
-  std::string name;
-  std::vector<double> x;
-  std::vector<double> y;
-  Mark mark = Mark::line;
+  std::string name;        ///< in the legend
+  std::vector<double> x;   ///< abscissae
+  std::vector<double> y;   ///< ordinates
+  Mark mark = Mark::line;  ///< how it is drawn
 
+  /// Appends a point.
   void add(double x_value, double y_value) {
     x.push_back(x_value);
     y.push_back(y_value);
   }
 };
 
+/// Curves over common axes.
 struct Plot {
-  std::string title;
-  std::string x_label;  ///< with its unit: "time [s]"
-  std::string y_label;
+  std::string title;           ///< above the plot
+  std::string x_label;         ///< with its unit: "time [s]"
+  std::string y_label;         ///< with its unit
   std::vector<Series> series;  ///< coloured in order, eight distinct colours
   /// Equal scale of both axes, e.g. for trajectories.
   bool equal_aspect = false;
@@ -67,19 +74,25 @@ struct Plot {
 /// Blocks appear in the order they are added. All text is escaped.
 class Report {
  public:
+  /// A report without blocks.
   explicit Report(std::string title, std::string subtitle = {});
 
+  /// A heading in the report.
   Report& heading(const std::string& text);
+  /// Plain text.
   Report& paragraph(const std::string& text);
   /// Key figures: name, and value with its unit.
   Report& facts(const std::vector<std::pair<std::string, std::string>>& facts);
   /// The first column contains the row names.
   Report& table(const eval::Table& table, const std::string& caption = {});
+  /// The plot with its title and legend.
   Report& plot(const Plot& plot);
   /// If the image cannot be encoded, a line with the reason is written instead.
   Report& image(const Image& image, const std::string& caption);
 
+  /// The whole file.
   [[nodiscard]] std::string html() const;
+  /// Errors: the file exists (see WriteOptions), or cannot be written.
   [[nodiscard]] Result<void> write(const std::string& path,
                                    const WriteOptions& options = {}) const {
     return write_file(path, html(), options);

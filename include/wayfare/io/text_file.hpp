@@ -32,6 +32,7 @@ namespace wayfare::io {
 /// Nanoseconds as seconds with nine decimals, exact: "976052857.137530000".
 [[nodiscard]] std::string format_nanoseconds(std::int64_t nanoseconds);
 
+/// Limits of reading a file.
 struct ReadOptions {
   /// Limit of the content, bytes after decompression; a larger file is an error.
   std::size_t max_bytes = std::size_t{1} << 30;
@@ -39,8 +40,8 @@ struct ReadOptions {
 
 /// A file's bytes, decompressed if it was gzip.
 struct FileContent {
-  std::string bytes;
-  bool was_gzip = false;
+  std::string bytes;      ///< decompressed
+  bool was_gzip = false;  ///< the file was compressed
   /// Set where a gzip stream is truncated or damaged: `bytes` then contains the data before that.
   std::optional<Error> damage;
 };
@@ -54,10 +55,14 @@ struct FileContent {
                                              const ReadOptions& options = {});
 
 /// What to do if the file to be written exists.
-enum class Existing { refuse, replace };
+enum class Existing {
+  refuse,   ///< an Error
+  replace,  ///< the new file takes its place
+};
 
+/// What write_file may do.
 struct WriteOptions {
-  Existing existing = Existing::refuse;
+  Existing existing = Existing::refuse;  ///< a file of that name
 };
 
 /// Writes `bytes` to a temporary file beside `path` and renames it there, so that `path` never
@@ -69,14 +74,18 @@ struct WriteOptions {
 class Problems {
  public:
   Problems() = default;
+  /// Keeps the first `capacity` in full.
   explicit Problems(std::size_t capacity) : capacity_(capacity) {}
 
+  /// Counts an error, and keeps it if there is room.
   void add(Error error) {
     ++count_;
     if (first_.size() < capacity_) first_.push_back(std::move(error));
   }
 
+  /// Number of faults.
   [[nodiscard]] std::size_t count() const { return count_; }
+  /// Whether there was none.
   [[nodiscard]] bool empty() const { return count_ == 0; }
   /// In the order of the file.
   [[nodiscard]] const std::vector<Error>& first() const { return first_; }
@@ -87,6 +96,7 @@ class Problems {
   std::vector<Error> first_;
 };
 
+/// The destination of a byte stream.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
@@ -100,6 +110,7 @@ class ByteSink {
 /// successful one.
 class FileSink final : public ByteSink {
  public:
+  /// Errors: the file exists (see WriteOptions), or cannot be written.
   [[nodiscard]] static Result<std::unique_ptr<ByteSink>> create(const std::string& path,
                                                                 const WriteOptions& options = {});
   [[nodiscard]] Result<void> write(std::string_view bytes) override;
@@ -138,13 +149,16 @@ struct ColumnFormat {
   int leap_seconds = 18;
 };
 
+/// A table of float32 numbers.
 struct FloatTable {
-  std::size_t columns = 0;
+  std::size_t columns = 0;    ///< of every row
   std::vector<float> values;  ///< row by row
   /// Set where the file is truncated; its whole rows are read.
   Problems problems;
 
+  /// Number of rows.
   [[nodiscard]] std::size_t rows() const { return columns == 0 ? 0 : values.size() / columns; }
+  /// Row r < rows().
   [[nodiscard]] std::span<const float> row(std::size_t r) const {
     return std::span(values).subspan(r * columns, columns);
   }
@@ -153,6 +167,7 @@ struct FloatTable {
 /// Errors: cannot be read, not such a table, excess bytes, no rows.
 [[nodiscard]] Result<FloatTable> read_float_table(const std::string& path,
                                                   const ReadOptions& options = {});
+/// The same for bytes in memory; `source` names them in messages.
 [[nodiscard]] Result<FloatTable> parse_float_table(std::string_view bytes,
                                                    const std::string& source);
 /// Not compressed; `columns` numbers per row.

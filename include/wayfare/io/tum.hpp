@@ -22,12 +22,13 @@ namespace wayfare::io {
 
 /// A time-stamped pose in space.
 struct StampedPose3 {
-  LogTime time;
-  Transform3<frame::Map, frame::Base> T_map_base;
+  LogTime time;                                    ///< of the pose
+  Transform3<frame::Map, frame::Base> T_map_base;  ///< of the body
 };
 
-using Trajectory3 = std::vector<StampedPose3>;
+using Trajectory3 = std::vector<StampedPose3>;  ///< in order of time
 
+/// The poses of a file.
 struct TumFile {
   Trajectory3 trajectory;  ///< in the order of the file
   Problems problems;       ///< malformed lines, skipped
@@ -35,19 +36,24 @@ struct TumFile {
 
 /// Errors: the file cannot be read, or contains no pose.
 [[nodiscard]] Result<TumFile> read_tum(const std::string& path, const ReadOptions& options = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<TumFile> parse_tum(std::string_view text, const std::string& source);
 
 /// The trajectory projected onto the plane: x, y and the heading of the body's x axis.
 [[nodiscard]] Trajectory planar(std::span<const StampedPose3> trajectory);
 
+/// The lines of a trajectory in the plane, with z = 0.
 [[nodiscard]] std::string format_tum(std::span<const StampedPose> trajectory);
+/// The lines of a trajectory in space.
 [[nodiscard]] std::string format_tum(std::span<const StampedPose3> trajectory);
 
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_tum(const std::string& path,
                                             std::span<const StampedPose> trajectory,
                                             const WriteOptions& options = {}) {
   return write_file(path, format_tum(trajectory), options);
 }
+/// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_tum(const std::string& path,
                                             std::span<const StampedPose3> trajectory,
                                             const WriteOptions& options = {}) {
@@ -66,9 +72,11 @@ struct PoseFile {
 /// Errors: the file cannot be read, a column is missing or has an unknown unit, or no line is
 /// usable.
 [[nodiscard]] Result<PoseFile> read_poses(const std::string& path, const ColumnFormat& format = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<PoseFile> parse_poses(std::string_view text, const std::string& source,
                                            const ColumnFormat& format = {});
 
+/// The relations of a file.
 struct RelationsFile {
   std::vector<eval::Relation> relations;  ///< z, roll and pitch are ignored
   Problems problems;                      ///< malformed lines, skipped
@@ -77,6 +85,7 @@ struct RelationsFile {
 /// Errors: the file cannot be read, or contains no relation.
 [[nodiscard]] Result<RelationsFile> read_relations(const std::string& path,
                                                    const ReadOptions& options = {});
+/// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<RelationsFile> parse_relations(std::string_view text,
                                                     const std::string& source);
 

@@ -23,8 +23,8 @@ namespace wayfare::logger {
 
 /// Bytes and their time since the beginning.
 struct TimedBytes {
-  Duration at{0};
-  decode::Bytes bytes;
+  Duration at{0};       ///< since the beginning of the stream
+  decode::Bytes bytes;  ///< sent then
 };
 
 /// A capture without times as sent by a device of that rate, `piece` bytes at a time; both are
@@ -59,6 +59,7 @@ class TiStream {
     });
   }
 
+  /// Counts of frames and of bytes that belong to none.
   [[nodiscard]] const decode::DecoderStatistics& statistics() const {
     return decoder_.statistics();
   }
@@ -74,37 +75,42 @@ class TiStream {
 
 /// A stream of messages of one type, as described in a recording. The topic identifies it.
 struct Stream {
-  std::string topic;
-  std::string encoding = "json";
-  std::string schema = {};       ///< name; empty: none
-  std::string schema_json = {};  ///< its definition
-  std::map<std::string, std::string> metadata = {};
+  std::string topic;                                 ///< name of the channel, such as /radar/points
+  std::string encoding = "json";                     ///< of the messages
+  std::string schema = {};                           ///< name; empty: none
+  std::string schema_json = {};                      ///< its definition
+  std::map<std::string, std::string> metadata = {};  ///< pairs of the channel's description
 };
 
+/// A measurement as a message.
 struct DecodedMessage {
-  std::shared_ptr<const Stream> stream;
-  LogTime time;  ///< of the measurement
-  std::string json;
+  std::shared_ptr<const Stream> stream;  ///< the channel it belongs to
+  LogTime time;                          ///< of the measurement
+  std::string json;                      ///< by the stream's schema
 };
 
 /// Results of decoding so far.
 struct DecodingStatus {
-  std::uint64_t messages = 0;
-  std::uint64_t skipped_bytes = 0;
-  std::uint64_t damaged = 0;  ///< frames with a wrong checksum or wrong lengths
-  std::string sample = {};    ///< summary of the last message
+  std::uint64_t messages = 0;       ///< decoded
+  std::uint64_t skipped_bytes = 0;  ///< that belong to no message
+  std::uint64_t damaged = 0;        ///< frames with a wrong checksum or wrong lengths
+  std::string sample = {};          ///< summary of the last message
 };
 
+/// Decodes the bytes of one device to messages.
 class DeviceDecoder {
  public:
+  /// Takes each message, in the order of the bytes.
   using Sink = std::function<void(DecodedMessage)>;
 
   virtual ~DeviceDecoder() = default;
   /// Takes the next bytes, the last of which arrived at `arrived`.
   virtual void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) = 0;
+  /// Results so far.
   [[nodiscard]] virtual DecodingStatus status() const = 0;
 };
 
+/// What a decoder has to know of a device.
 struct DeviceDescription {
   std::string name;           ///< of the sensor: frame of its messages, first part of its topics
   std::string kind = "raw";   ///< one of device_kinds()

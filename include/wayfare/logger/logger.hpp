@@ -39,27 +39,29 @@ enum class Command : char {
 /// The JSON of such a line (with or without its end), if the checksum is right.
 [[nodiscard]] std::optional<std::string_view> status_of_line(std::string_view line);
 
+/// One device and its line.
 struct SensorOptions {
-  DeviceDescription device;
-  std::string port;  ///< path of the serial line
-  ModemLine dtr = ModemLine::keep;
+  DeviceDescription device;           ///< its name and what decodes it
+  std::string port;                   ///< path of the serial line
+  ModemLine dtr = ModemLine::keep;    ///< set when the port is opened
   std::vector<std::uint8_t> request;  ///< bytes sent once the port is open, such as a scan request
 };
 
+/// Devices, files, intervals and remote control of a Logger.
 struct LoggerOptions {
-  std::vector<SensorOptions> sensors;
-  std::string folder = ".";          ///< of the recordings; none is overwritten
-  std::string prefix = "recording";  ///< of their names
+  std::vector<SensorOptions> sensors;  ///< at least one, with different names
+  std::string folder = ".";            ///< of the recordings; none is overwritten
+  std::string prefix = "recording";    ///< of their names
   /// Interval of writing to the operating system: the greatest loss if the program is killed.
   Duration flush_every = std::chrono::milliseconds(100);
   /// Interval of flushing to the disk: the greatest loss in a power failure, besides the disk's
   /// own.
   Duration sync_every = std::chrono::seconds(1);
-  Duration status_every = std::chrono::seconds(1);
-  std::size_t queue_bytes = std::size_t{64}
-                            << 20;  ///< waiting for the disk; beyond, data is dropped
-  std::string control_port = {};    ///< serial line with remote control; empty: none
-  int control_baud = 57600;
+  Duration status_every = std::chrono::seconds(1);  ///< interval of the status lines
+  /// Waiting for the disk; beyond, data is dropped.
+  std::size_t queue_bytes = std::size_t{64} << 20;
+  std::string control_port = {};  ///< serial line with remote control; empty: none
+  int control_baud = 57600;       ///< its rate, bit/s
   /// Unix socket with the same protocol; empty: none. Up to 16 clients at once, others are closed,
   /// as is one whose unread status lines fill its buffer.
   std::string control_socket = {};
@@ -68,47 +70,57 @@ struct LoggerOptions {
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
 };
 
+/// What the logger does now.
 enum class LoggerState {
-  idle,
-  starting,  ///< the recording's file is being created
-  recording,
-  stopping,  ///< what was read is being written, and the file closed
-  failed,
-  terminated,
+  idle,        ///< no recording
+  starting,    ///< the recording's file is being created
+  recording,   ///< data is being written
+  stopping,    ///< what was read is being written, and the file closed
+  failed,      ///< the disk failed; `begin` tries again
+  terminated,  ///< no command is accepted
 };
+/// In words, as in the status.
 [[nodiscard]] const char* name_of(LoggerState state);
 
-enum class SensorState { waiting, silent, receiving };  ///< no port, no bytes for 2 s, bytes
+/// What a device does now.
+enum class SensorState {
+  waiting,    ///< its port cannot be opened
+  silent,     ///< no bytes for 2 s
+  receiving,  ///< bytes within the last 2 s
+};
+/// In words, as in the status.
 [[nodiscard]] const char* name_of(SensorState state);
 
+/// Counts and condition of one device.
 struct SensorStatus {
-  std::string name;
-  SensorState state = SensorState::waiting;
-  std::uint64_t bytes = 0;           ///< read since the start
+  std::string name;                          ///< of the sensor
+  SensorState state = SensorState::waiting;  ///< of its line
+  std::uint64_t bytes = 0;                   ///< read since the start
   std::uint64_t recorded_bytes = 0;  ///< of them written to this recording's file, in whole records
   /// Records that are not in this recording: the queue had no room, or the disk failed. Records are
   /// written in chunks: of one that the disk does not take as a whole, all are dropped. Those read
   /// once the state says `failed` belong to no recording.
   std::uint64_t dropped = 0;
-  double bytes_per_s = 0.0;  ///< over the last status interval
-  double messages_per_s = 0.0;
-  DecodingStatus decoding;
-  std::string note;  ///< reason for waiting, limitations of the line
+  double bytes_per_s = 0.0;     ///< over the last status interval
+  double messages_per_s = 0.0;  ///< decoded, over the last status interval
+  DecodingStatus decoding;      ///< results of its decoder
+  std::string note;             ///< reason for waiting, limitations of the line
 };
 
 /// File, counts and error are those of the last recording that was begun, even if its file could
 /// not be created.
 struct LoggerStatus {
-  LoggerState state = LoggerState::idle;
-  LogTime time;
-  std::string file;
-  double seconds = 0.0;       ///< of this recording
-  std::uint64_t written = 0;  ///< bytes of the file
-  std::uint64_t disk_free = 0;
-  std::size_t queued = 0, queue_peak = 0;  ///< bytes
-  std::uint64_t dropped = 0;               ///< records, of all sensors
-  std::string error;                       ///< reason why recording failed
-  std::vector<SensorStatus> sensors;
+  LoggerState state = LoggerState::idle;  ///< what it does now
+  LogTime time;                           ///< of this status
+  std::string file;                       ///< path of the recording
+  double seconds = 0.0;                   ///< of this recording
+  std::uint64_t written = 0;              ///< bytes of the file
+  std::uint64_t disk_free = 0;            ///< bytes left on the disk of the recordings
+  std::size_t queued = 0,                 ///< bytes waiting for the disk
+      queue_peak = 0;                     ///< the most so far
+  std::uint64_t dropped = 0;              ///< records, of all sensors
+  std::string error;                      ///< reason why recording failed
+  std::vector<SensorStatus> sensors;      ///< in the order of the options
 };
 
 /// The status as the JSON of status lines, the recording's status channel and the monitor.
@@ -138,6 +150,7 @@ class Logger {
   /// Stops, and accepts no further command.
   void terminate();
 
+  /// A snapshot of the counts and states.
   [[nodiscard]] LoggerStatus status() const;
   /// Waits until recording has ended; false after the timeout (of a year at most).
   bool wait_until_stopped(Duration timeout);

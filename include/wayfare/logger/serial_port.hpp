@@ -1,5 +1,7 @@
 #pragma once
 
+// Serial lines, and pseudo-terminals that stand for them.
+
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -15,11 +17,16 @@ namespace wayfare::logger {
 using io::Descriptor;
 
 /// Setting of the modem line DTR, by which an RPLIDAR A1's adapter stops its motor.
-enum class ModemLine { keep, on, off };
+enum class ModemLine {
+  keep,  ///< as the driver sets it
+  on,    ///< asserted
+  off,   ///< not asserted
+};
 
+/// Settings of a line when it is opened.
 struct SerialOptions {
   int baud = 115200;  ///< positive; any rate that the driver supports, not only the standard ones
-  ModemLine dtr = ModemLine::keep;
+  ModemLine dtr = ModemLine::keep;  ///< set when the line is opened
 };
 
 /// A raw POSIX serial line (8 data bits, no parity). Works on pseudo-terminals, which have neither
@@ -37,6 +44,7 @@ class SerialPort {
   /// Writes without waiting; returns the number of bytes written.
   [[nodiscard]] Result<std::size_t> write(std::span<const std::uint8_t> bytes);
 
+  /// Of the open line, for poll().
   [[nodiscard]] int descriptor() const { return fd_.get(); }
   /// Settings that failed without effect on reading: the rate, or a modem line.
   [[nodiscard]] const std::string& note() const { return note_; }
@@ -51,8 +59,10 @@ class SerialPort {
 /// A pseudo-terminal: bytes written to it can be read from `path()` as a serial port.
 class PseudoTerminal {
  public:
+  /// Error (io): the system has no pseudo-terminal left.
   [[nodiscard]] static Result<PseudoTerminal> open();
 
+  /// Path of the end that is opened as a port.
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Writes until `timeout`; returns the number of bytes written.
   [[nodiscard]] Result<std::size_t> write(std::span<const std::uint8_t> bytes,

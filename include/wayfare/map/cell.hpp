@@ -1,5 +1,7 @@
 #pragma once
 
+// Cells of a grid: coordinates, boxes, and the cells on a segment.
+
 #include <algorithm>
 #include <cmath>
 #include <compare>
@@ -14,11 +16,15 @@ namespace wayfare {
 /// A square of the grid: cell (i, j) is [i, i+1) × [j, j+1) times the resolution, in map axes. The
 /// map's origin is the lower-left corner of cell (0, 0) of every grid.
 struct Cell {
-  int x = 0;
-  int y = 0;
+  int x = 0;  ///< column, along the map's x
+  int y = 0;  ///< row, along the map's y
 
+  /// @{
+  /// By component, such as of a cell and an offset.
   constexpr Cell operator+(const Cell& o) const { return {x + o.x, y + o.y}; }
   constexpr Cell operator-(const Cell& o) const { return {x - o.x, y - o.y}; }
+  /// @}
+  /// By x, then by y.
   constexpr auto operator<=>(const Cell&) const = default;
 };
 
@@ -44,37 +50,45 @@ inline constexpr int kMaxCell = 1 << 29;
 
 /// A rectangle of cells, both corners included.
 struct CellBox {
-  Cell min;
-  Cell max;
+  Cell min;  ///< lower-left corner, included
+  Cell max;  ///< upper-right corner, included
 
+  /// Columns.
   [[nodiscard]] std::int64_t width() const { return std::int64_t{max.x} - min.x + 1; }
+  /// Rows.
   [[nodiscard]] std::int64_t height() const { return std::int64_t{max.y} - min.y + 1; }
+  /// Whether the cell is in the box.
   [[nodiscard]] bool contains(const Cell& c) const {
     return c.x >= min.x && c.x <= max.x && c.y >= min.y && c.y <= max.y;
   }
+  /// By `by` cells on every side.
   [[nodiscard]] CellBox grown(int by) const { return {min - Cell{by, by}, max + Cell{by, by}}; }
+  /// Number of cells.
   [[nodiscard]] std::int64_t cells() const { return width() * height(); }
   /// Of a cell of the box, row by row from `min`.
   [[nodiscard]] std::size_t index(const Cell& c) const {
     return static_cast<std::size_t>((c.y - min.y) * width() + c.x - min.x);
   }
+  /// To the smallest box that also contains `c`.
   void extend(const Cell& c) {
     min = {std::min(min.x, c.x), std::min(min.y, c.y)};
     max = {std::max(max.x, c.x), std::max(max.y, c.y)};
   }
+  /// By `min`, then by `max`.
   auto operator<=>(const CellBox&) const = default;
 };
 
 /// A point in 1/4096 of a cell, so that the traversal below is exact in integers.
 struct SubCellPoint {
-  static constexpr int kBits = 12;
-  std::int64_t x = 0;
-  std::int64_t y = 0;
+  static constexpr int kBits = 12;  ///< of the fraction of a cell
+  std::int64_t x = 0;               ///< along the map's x
+  std::int64_t y = 0;               ///< along the map's y
 
   /// Rounded down, so that its cell is cell_of(p). Saturates like cell_of.
   [[nodiscard]] static SubCellPoint of(const Eigen::Vector2d& p_map, double resolution_m) {
     return {coordinate(p_map.x() / resolution_m), coordinate(p_map.y() / resolution_m)};
   }
+  /// The cell that contains the point.
   [[nodiscard]] Cell cell() const {
     return {static_cast<int>(x >> kBits), static_cast<int>(y >> kBits)};
   }
@@ -124,6 +138,7 @@ void for_each_cell_on_segment(const SubCellPoint& a, const SubCellPoint& b, Visi
   for (; left_y > 0; --left_y) visit(Cell{cell.x, cell.y += step_y});
 }
 
+/// The same for points of the map, m.
 template <class Visit>
 void for_each_cell_on_segment(const Eigen::Vector2d& a_map, const Eigen::Vector2d& b_map,
                               double resolution_m, Visit&& visit) {

@@ -43,10 +43,15 @@ class DistanceField {
   [[nodiscard]] static Result<DistanceField> of_grid(const OccupancyGrid& grid,
                                                      double occupied_probability = 0.65);
 
+  /// Side of a cell, m.
   [[nodiscard]] double resolution_m() const { return resolution_m_; }
+  /// The map cell at column 0 of row 0.
   [[nodiscard]] const Cell& origin() const { return origin_; }
+  /// Columns.
   [[nodiscard]] int width() const { return width_; }
+  /// Rows.
   [[nodiscard]] int height() const { return height_; }
+  /// Whether it has no cells.
   [[nodiscard]] bool empty() const { return width_ == 0; }
 
   /// One row; the first cell is at the origin.
@@ -85,6 +90,8 @@ struct DistanceLikelihood {
   /// Of a point far from every wall, such as on people and objects that are not in the map.
   double floor_probability = 0.05;
 };
+/// The likelihood field of a map's distances. Errors: an empty field, likelihood values out of
+/// range.
 [[nodiscard]] Result<LikelihoodField> likelihood_field(const DistanceField& distances,
                                                        const DistanceLikelihood& likelihood = {});
 
@@ -96,6 +103,7 @@ class RayCaster {
   static constexpr double kMaxCells = 8000.0;
 
   RayCaster() = default;
+  /// Copies what it needs of the field.
   explicit RayCaster(const DistanceField& distances);
 
   /// Ranges from the pose along its heading plus each bearing, given by cosines and sines: metres

@@ -1,9 +1,12 @@
 #pragma once
 
+// Occupancy probabilities given a beam of a LiDAR.
+
 #include <wayfare/core/angle.hpp>
 
 namespace wayfare {
 
+/// Occupancy probabilities given one beam, for insert_scan and insert_points.
 struct InverseLidarModel {
   /// Occupancy probability of a cell a beam passed through. Lower values clear moved objects
   /// sooner, but grazing beams erode walls.

@@ -1,5 +1,7 @@
 #pragma once
 
+// Likelihood fields: of scans, of occupancy grids and of detections.
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,7 +27,9 @@ class LikelihoodField : public PaddedTable {
 
   /// ln p of value 0, and of one unit of value.
   [[nodiscard]] double log_floor() const { return log_floor_; }
+  /// ln p of one unit of value.
   [[nodiscard]] double log_step() const { return log_step_; }
+  /// ln p of a scan point in this cell, nats.
   [[nodiscard]] double log_likelihood(const Cell& map_cell) const {
     return log_floor_ + log_step_ * value(map_cell);
   }
@@ -38,6 +42,7 @@ class LikelihoodField : public PaddedTable {
   double log_floor_ = 0.0, log_step_ = 0.0;
 };
 
+/// How occupancy probabilities become likelihoods.
 struct OccupancyViewOptions {
   /// Lower bound of the probability of a point; that of points outside the map.
   double floor_probability = 0.05;
@@ -54,16 +59,18 @@ struct OccupancyViewOptions {
 /// Points and their pose in the map.
 struct PlacedPoints {
   const PointSet* points = nullptr;  ///< null: an Error
-  SE2d T_map_points;
+  SE2d T_map_points;                 ///< pose of the points' frame in the map
 };
 
+/// Cells and kernel of a likelihood field of scans.
 struct LikelihoodFieldOptions {
-  double resolution_m = 0.05;
+  double resolution_m = 0.05;  ///< side of a cell
   /// Standard deviation of a point about the surface it measures, m.
   double sigma_m = 0.1;
   /// Probability of a point far from every surface. The kernel ends at σ√(−2 ln floor), at most 30
   /// cells.
   double floor_probability = 0.01;
+  /// Whether all options are equal.
   bool operator==(const LikelihoodFieldOptions&) const = default;
 };
 
@@ -88,9 +95,11 @@ class LikelihoodFieldMaker {
   Cell base_;
 };
 
+/// The field of LikelihoodFieldMaker, in memory of its own. Errors as there.
 [[nodiscard]] Result<LikelihoodField> likelihood_field(std::span<const PlacedPoints> scans,
                                                        const LikelihoodFieldOptions& options = {});
 
+/// Kernel and threshold of a likelihood field of an occupancy grid.
 struct OccupancyFieldOptions {
   /// Standard deviation of a point about the cell it measures, m.
   double sigma_m = 0.06;
@@ -99,13 +108,14 @@ struct OccupancyFieldOptions {
   double floor_probability = 0.2;
   /// Cells with a smaller occupancy probability are ignored.
   double min_probability = 0.5;
+  /// Whether all options are equal.
   bool operator==(const OccupancyFieldOptions&) const = default;
 };
 
 /// Largest deviation of a scan from its expected pose.
 struct FieldReach {
-  double translation_m = 0.3;
-  double heading_rad = 0.1;
+  double translation_m = 0.3;  ///< in any direction
+  double heading_rad = 0.1;    ///< to either side
 };
 
 /// ln p = max over occupied cells q of ln p(q) − |c − q|²/2σ², not below the floor: the likelihood
@@ -148,6 +158,7 @@ class OccupancyFieldMaker {
   return {resolution_m, 1e-13, 1.0 - 1e-13};
 }
 
+/// How a grid of detections becomes a density.
 struct DetectionViewOptions {
   double hit_probability = 0.52;  ///< the one the map was built with
   /// Standard deviation of a detection about the object detected, m.

@@ -1,5 +1,7 @@
 #pragma once
 
+// Occupancy grids by log-odds on tiles that copies share.
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -18,28 +20,33 @@ namespace wayfare {
 
 /// l = ln(p / (1 − p)) in fixed point, units of 1/1024.
 struct LogOdds {
-  static constexpr double kUnitsPerNat = 1024.0;
-  std::int16_t fixed = 0;
+  static constexpr double kUnitsPerNat = 1024.0;  ///< units of `fixed` per nat
+  std::int16_t fixed = 0;                         ///< log-odds in units of 1/1024 nat
 
   /// Saturates at ±31.9 (p within 1e-14 of 0 or 1); NaN gives 0.
   [[nodiscard]] static LogOdds from_nats(double l) {
     const double units = std::isnan(l) ? 0.0 : std::round(l * kUnitsPerNat);
     return {static_cast<std::int16_t>(std::clamp(units, -32700.0, 32700.0))};
   }
+  /// ln(p / (1 − p)), saturated as from_nats.
   [[nodiscard]] static LogOdds from_probability(double p) {
     return from_nats(std::log(p / (1.0 - p)));
   }
+  /// l.
   [[nodiscard]] double nats() const { return fixed / kUnitsPerNat; }
+  /// p = 1 / (1 + exp(−l)).
   [[nodiscard]] double probability() const { return 1.0 / (1.0 + std::exp(-nats())); }
+  /// In the order of probability.
   auto operator<=>(const LogOdds&) const = default;
 };
 
+/// Cells and clamping of an OccupancyGrid.
 struct OccupancyGridOptions {
   /// Side of a cell, m. Memory grows with its inverse square.
   double resolution_m = 0.05;
   /// Log-odds are clamped to these, so that a cell can change its state within a few scans.
   double min_probability = 0.02;
-  double max_probability = 0.98;
+  double max_probability = 0.98;  ///< above one half, below one
 };
 
 /// Occupancy by log-odds `l ← clamp(l + l(inverse sensor model) − l₀)` with the prior p₀ = ½
@@ -47,9 +54,12 @@ struct OccupancyGridOptions {
 /// copies share tiles. A moved-from grid is empty and keeps its options.
 class OccupancyGrid {
  public:
+  /// Tiles of 64×64 cells, shared between copies until written.
   using Tiles = CopyOnWriteTiles<std::int16_t>;
+  /// fixed-point value of a cell without an update.
   static constexpr std::int16_t kUnknown = std::numeric_limits<std::int16_t>::min();
 
+  /// An empty grid. Requires a positive resolution and probabilities on both sides of one half.
   explicit OccupancyGrid(const OccupancyGridOptions& options = {})
       : options_(options),
         low_(LogOdds::from_probability(options.min_probability).fixed),
@@ -61,9 +71,12 @@ class OccupancyGrid {
                     "the clamping probabilities must enclose one half");
   }
 
+  /// Side of a cell, m.
   [[nodiscard]] double resolution_m() const { return options_.resolution_m; }
+  /// As given.
   [[nodiscard]] const OccupancyGridOptions& options() const { return options_; }
 
+  /// Whether the cell was updated.
   [[nodiscard]] bool observed(const Cell& c) const { return tiles_[c] != kUnknown; }
   /// Zero where unknown.
   [[nodiscard]] LogOdds log_odds(const Cell& c) const {
@@ -76,6 +89,7 @@ class OccupancyGrid {
   /// The smallest box around every observed cell; none for an empty grid.
   [[nodiscard]] const std::optional<CellBox>& bounds() const { return bounds_.value; }
 
+  /// Adds `delta` to the log-odds of a cell, clamped; an unknown cell starts from zero.
   void update(const Cell& c, LogOdds delta) {
     std::int16_t& l = tiles_.writable(Tiles::tile_of(c))[Tiles::offset_in_tile(c)];
     l = added(l, delta.fixed);
@@ -101,6 +115,7 @@ class OccupancyGrid {
   /// each tile that exists, tile by tile.
   template <class Visit>
   void for_each_row(const CellBox& box, const Visit& visit) const;
+  /// Its storage, e.g. to see what copies share.
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
  private:

@@ -1,5 +1,7 @@
 #pragma once
 
+// Maps of points: surface points with normals, and normal distributions on squares.
+
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,6 +20,7 @@ namespace wayfare {
 /// the origin.
 [[nodiscard]] Result<PointSet> voxel_filter(const PointSet& points, double side_m);
 
+/// Filter and normals of a SurfaceMap.
 struct SurfaceMapOptions {
   /// Side of the voxel filter's squares, m.
   double spacing_m = 0.03;
@@ -37,7 +40,8 @@ struct SurfaceMapOptions {
 /// A surface point, map coordinates in metres; `normal` is a unit vector, or zero if its
 /// neighbours do not form a line.
 struct SurfacePoint {
-  Eigen::Vector2f point, normal;
+  Eigen::Vector2f point,  ///< m, map coordinates
+      normal;             ///< unit vector, or zero
 };
 
 /// Points of scans with normals, and nearest-neighbour search among them.
@@ -50,7 +54,9 @@ class SurfaceMap {
   [[nodiscard]] static Result<SurfaceMap> make(std::span<const PlacedPoints> scans,
                                                const SurfaceMapOptions& options = {});
 
+  /// All surface points.
   [[nodiscard]] std::span<const SurfacePoint> points() const { return points_; }
+  /// Whether it has no points.
   [[nodiscard]] bool empty() const { return points_.empty(); }
   /// The nearest point, or null if none is within `radius_m`; none is within a negative radius.
   [[nodiscard]] const SurfacePoint* nearest(const Eigen::Vector2f& p_map, float radius_m) const;
@@ -89,6 +95,7 @@ void SurfaceMap::for_each_within(const Eigen::Vector2f& p_map, float radius_m,
         if ((s.point - p_map).squaredNorm() <= radius_m * radius_m) visit(s);
 }
 
+/// Squares and distributions of an NdtMap.
 struct NdtMapOptions {
   /// Sides of the squares, coarse to fine, m.
   std::vector<double> cell_sizes_m{2.0, 1.0, 0.5};
@@ -100,9 +107,9 @@ struct NdtMapOptions {
 
 /// Normal distribution of the points of one square.
 struct NdtCell {
-  Eigen::Vector2d mean;
+  Eigen::Vector2d mean;         ///< m, map coordinates
   Eigen::Matrix2d information;  ///< inverse covariance
-  bool known = false;
+  bool known = false;           ///< false with too few points
 };
 
 /// The normal distributions transform of scans (Biber and Straßer 2003): for each cell size four
@@ -122,7 +129,7 @@ class NdtMap {
    public:
     /// Of at least one point.
     Level(const PointSet& points_map, double cell_m, const NdtMapOptions& options);
-    static constexpr int kTilings = 4;
+    static constexpr int kTilings = 4;  ///< shifts by half a square along x, y and both
     /// The distribution at a point in tiling `t`, or null.
     [[nodiscard]] const NdtCell* at(const Eigen::Vector2d& p_map, int t) const {
       const Cell c = cell_of(p_map + shift(t), cell_m_);
@@ -143,7 +150,9 @@ class NdtMap {
     std::vector<NdtCell> cells_;
   };
 
+  /// Whether it has no points.
   [[nodiscard]] bool empty() const { return levels_.empty(); }
+  /// Coarse to fine.
   [[nodiscard]] std::span<const Level> levels() const { return levels_; }
 
  private:

@@ -1,5 +1,7 @@
 #pragma once
 
+// Tables of occupancy probabilities, and grids at several resolutions.
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -16,10 +18,11 @@ namespace wayfare {
 /// map have the value of unobserved ones.
 class ProbabilityGrid : public PaddedTable {
  public:
-  static constexpr int kOne = 4080;
+  static constexpr int kOne = 4080;  ///< value of probability 1
 
   ProbabilityGrid() = default;
 
+  /// Probability of being occupied; of cells outside, that of unobserved ones.
   [[nodiscard]] double probability(const Cell& map_cell) const {
     return static_cast<double>(value(map_cell)) / kOne;
   }
@@ -36,6 +39,7 @@ class ProbabilityGrid : public PaddedTable {
   [[nodiscard]] static Result<CellBox> extent(const CellBox& bounds, double unknown_probability,
                                               int margin);
 
+  /// Whether all cells of the box are in the table.
   [[nodiscard]] bool covers(const CellBox& box) const {
     const CellBox mine{origin(), origin() + Cell{width() - 1, height() - 1}};
     return !empty() && mine.contains(box.min) && mine.contains(box.max);
@@ -53,11 +57,12 @@ class ProbabilityGrid : public PaddedTable {
 /// Tables of the same area, coarse to fine.
 using ProbabilityPyramid = std::vector<ProbabilityGrid>;
 
+/// Resolutions and sensor model of a MultiResolutionGrid.
 struct MultiResolutionOptions {
-  OccupancyGridOptions finest{};
-  int levels = 3;  ///< cells of each are twice as wide as those of the next
-  InverseLidarModel model{.p_free = 0.4, .p_hit = 0.9};
-  double unknown_probability = 0.5;  ///< of a cell that was not observed
+  OccupancyGridOptions finest{};  ///< of the last level
+  int levels = 3;                 ///< cells of each are twice as wide as those of the next
+  InverseLidarModel model{.p_free = 0.4, .p_hit = 0.9};  ///< of every level
+  double unknown_probability = 0.5;                      ///< of a cell that was not observed
 };
 
 /// Occupancy grids at several resolutions, each updated with every scan (Kohlbrecher et al. 2011),
@@ -65,6 +70,7 @@ struct MultiResolutionOptions {
 /// assigned to.
 class MultiResolutionGrid {
  public:
+  /// Empty grids. Requires the same as OccupancyGrid of `finest`.
   explicit MultiResolutionGrid(const MultiResolutionOptions& options = {});
 
   /// Inserts a scan into every grid and updates the tables. Errors: those of `insert_scan`, or a
@@ -74,7 +80,9 @@ class MultiResolutionGrid {
   Result<void> insert(const SE2d& T_map_points, const PointSet& points,
                       const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
 
+  /// Whether no scan with a return was inserted.
   [[nodiscard]] bool empty() const { return tables_.empty(); }
+  /// The grid with the smallest cells.
   [[nodiscard]] const OccupancyGrid& finest() const { return grids_.back(); }
   /// Coarse to fine; empty before the first scan with a return.
   [[nodiscard]] const ProbabilityPyramid& tables() const { return tables_; }

@@ -1,5 +1,7 @@
 #pragma once
 
+// Correlative scan matching: exhaustive, and by branch and bound.
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,13 +17,16 @@ namespace wayfare {
 
 /// The objective (scaled Σ ln p plus log prior, nats) of every candidate of a window.
 struct ScoreSurface {
-  int half_x = 0, half_y = 0, half_heading = 0;  ///< in cells and heading steps
-  double resolution_m = 0.0;
-  Angle heading_step;
-  SE2d prior;
+  int half_x = 0,             ///< half extent along x, cells
+      half_y = 0,             ///< along y, cells
+      half_heading = 0;       ///< heading steps
+  double resolution_m = 0.0;  ///< m, side of a cell
+  Angle heading_step;         ///< between neighbouring headings
+  SE2d prior;                 ///< pose of the candidate (0, 0, 0)
   /// [heading][y][x], each from −half to +half.
   std::vector<double> log_score;
 
+  /// Objective of a candidate, which must be within the extents.
   [[nodiscard]] double at(const Candidate& c) const {
     const int row = (c.heading_step + half_heading) * (2 * half_y + 1) + c.offset.y + half_y;
     return log_score[static_cast<std::size_t>(row) * static_cast<std::size_t>(2 * half_x + 1) +
@@ -36,14 +41,17 @@ struct ScoreSurface {
 /// (k, y, x). Reuses its scratch memory: one matcher per thread.
 class CorrelativeMatcher {
  public:
-  using Map = LikelihoodField;
+  using Map = LikelihoodField;  ///< the map it matches to
+  /// Largest number of candidates of a window.
   static constexpr std::int64_t kMaxCandidates = std::int64_t{1} << 30;
   /// For score surfaces and covariances, which store every candidate.
   static constexpr std::int64_t kMaxSurface = std::int64_t{1} << 24;
 
+  /// The best candidate at or above min_score. Errors: those of ScanMatcher.
   Result<std::optional<MatchResult>> match(const LikelihoodField& grid, const PointSet& points,
                                            const SE2d& prior, const SearchWindow& window,
                                            const MatchOptions& options = {});
+  /// The objective of every candidate, at most kMaxSurface of them. Errors: those of ScanMatcher.
   Result<ScoreSurface> surface(const LikelihoodField& grid, const PointSet& points,
                                const SE2d& prior, const SearchWindow& window,
                                const MatchOptions& options = {});
@@ -75,9 +83,11 @@ struct MergedPoints {
 /// one matcher per thread.
 class BranchAndBoundMatcher {
  public:
-  using Map = PrecomputationGrids;
+  using Map = PrecomputationGrids;  ///< maxima over blocks of cells: the bounds
+  /// Largest number of candidates of a window.
   static constexpr std::int64_t kMaxCandidates = std::int64_t{1} << 34;
 
+  /// The best candidate at or above min_score. Errors: those of ScanMatcher.
   Result<std::optional<MatchResult>> match(const PrecomputationGrids& map, const PointSet& points,
                                            const SE2d& prior, const SearchWindow& window,
                                            const MatchOptions& options = {});

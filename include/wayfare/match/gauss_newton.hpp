@@ -1,5 +1,7 @@
 #pragma once
 
+// Scan matching by Gauss-Newton: refinement between cells, and on grids of several resolutions.
+
 #include <optional>
 
 #include <Eigen/Core>
@@ -15,27 +17,30 @@ namespace wayfare {
 
 /// ln p, bilinear between cell centres, and its gradient per metre. The floor outside the map.
 struct FieldSample {
-  double log_likelihood;
-  Eigen::Vector2d gradient;
+  double log_likelihood;     ///< nats
+  Eigen::Vector2d gradient;  ///< nats per metre, map axes
 };
+/// The sample of the field at a point of the map, m.
 [[nodiscard]] FieldSample interpolate(const LikelihoodField& grid, const Eigen::Vector2d& p_map);
 
+/// When refine() stops.
 struct RefineOptions {
-  int max_iterations = 10;
+  int max_iterations = 10;  ///< steps computed, refused ones too
   /// Iteration ends when a step is shorter than this, m and rad.
   double tolerance = 1e-4;
   /// Largest distance of the refined pose from its start, m.
   double max_shift_m = 0.2;
 };
 
+/// A refined pose and its figures.
 struct RefineResult {
-  SE2d T_map_points;
+  SE2d T_map_points;                 ///< maximum of Σ ln p near the start
   double mean_log_likelihood = 0.0;  ///< of the interpolated field
   double score = 0.0;                ///< as MatchResult::score
   /// JᵀJ at the solution, in the pose's own axes: the inverse of the covariance if the points are
   /// independent; singular along unconstrained directions.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  int iterations = 0;
+  int iterations = 0;  ///< steps computed, refused ones too
 };
 
 /// Refines a matched pose to the maximum of Σ ln p between cells: damped Gauss-Newton on the
@@ -52,8 +57,9 @@ enum class Interpolation {
   bicubic,   ///< of 4×4 cells, Catmull-Rom: smooth, so that the iteration converges
 };
 
+/// Interpolation, starts and weights of a GaussNewtonMatcher.
 struct GaussNewtonOptions {
-  Interpolation interpolation = Interpolation::bilinear;
+  Interpolation interpolation = Interpolation::bilinear;  ///< of the tables
   /// On each table.
   int max_iterations = 10;
   /// Multi-start on the coarsest table, from the prior rotated by multiples of this within the
@@ -76,11 +82,13 @@ struct GaussNewtonOptions {
 /// `mean_log_likelihood` −Σr²/2Nσ².
 class GaussNewtonMatcher {
  public:
-  using Map = ProbabilityPyramid;
-  static constexpr std::string_view kName = "Gauss-Newton";
+  using Map = ProbabilityPyramid;  ///< tables of the same area, coarse to fine
+  static constexpr std::string_view kName = "Gauss-Newton";  ///< in tables of results
 
+  /// Keeps the options.
   explicit GaussNewtonMatcher(const GaussNewtonOptions& options = {}) : options_(options) {}
 
+  /// The local minimum from the prior. Errors: those of ScanMatcher.
   [[nodiscard]] Result<std::optional<MatchResult>> match(const ProbabilityPyramid& map,
                                                          const PointSet& points, const SE2d& prior,
                                                          const SearchWindow& window,

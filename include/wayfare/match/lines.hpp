@@ -17,11 +17,12 @@ namespace wayfare {
 /// Foot of the perpendicular from the laser to a line, in the laser's polar axes (Liu 2015, fig.
 /// 4; x forward here, counter-clockwise). The line is { p : p · (cos α, sin α) = ρ }, ρ > 0.
 struct NormalPoint {
-  double rho_m = 0.0;
-  Angle alpha;
+  double rho_m = 0.0;                                    ///< distance of the line from the laser
+  Angle alpha;                                           ///< direction of its normal, from x
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of (ρ, α), m and rad
 };
 
+/// One side of a corridor, as seen in one scan.
 struct Wall {
   double offset_m = 0.0;  ///< along the corridor's left-hand normal: left walls > 0, right < 0
   int beams = 0;          ///< number of beams that hit it
@@ -31,8 +32,9 @@ struct Wall {
 
 /// One or both walls of a corridor in one scan, in the laser's frame.
 struct CorridorWalls {
-  Angle direction;  ///< along the walls; acquisition gives it within (−90°, 90°]
-  std::optional<Wall> left, right;
+  Angle direction;           ///< along the walls; acquisition gives it within (−90°, 90°]
+  std::optional<Wall> left,  ///< nothing where not seen
+      right;                 ///< on the other side
   /// Of (direction, left offset, right offset), rad and m. Both walls share the direction, so
   /// their offsets are correlated. Zero for a wall that is not present.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -43,11 +45,13 @@ struct CorridorWalls {
   /// False if two walls were seen that are not parallel; then only the longer is returned.
   bool parallel = true;
 
+  /// Distance between the walls; 0 unless both are present.
   [[nodiscard]] double width_m() const {
     return left && right ? left->offset_m - right->offset_m : 0.0;
   }
   /// Of a wall that is present.
   [[nodiscard]] NormalPoint left_point() const;
+  /// Of a wall that is present.
   [[nodiscard]] NormalPoint right_point() const;
 };
 
@@ -57,22 +61,23 @@ struct CorridorWalls {
 /// The same walls with the direction reversed, left and right exchanged.
 [[nodiscard]] CorridorWalls reversed(const CorridorWalls& walls);
 
+/// Noise, segments and search windows of a WallDetector.
 struct WallOptions {
   double range_noise_m = 0.005;  ///< σ along a beam; larger: wider windows, larger covariances
   double flatness_m = 0.002;     ///< σ of a wall's deviation from a line
-  double max_range_m = 12.0;
+  double max_range_m = 12.0;     ///< farther returns are not used
   double split_m = 0.025;  ///< a run of points is split where it deviates more from its chord …
   double break_m = 0.5;    ///< … and where neighbours are farther apart
-  double min_segment_m = 0.25;
-  int min_segment_points = 5;
-  double min_support_m = 1.2;  ///< total length of the segments of both walls
-  double min_width_m = 0.7;    ///< of a corridor whose two walls are seen
-  double max_width_m = 8.0;
+  double min_segment_m = 0.25;                ///< shorter runs are no wall
+  int min_segment_points = 5;                 ///< runs of fewer points are no wall
+  double min_support_m = 1.2;                 ///< total length of the segments of both walls
+  double min_width_m = 0.7;                   ///< of a corridor whose two walls are seen
+  double max_width_m = 8.0;                   ///< of a corridor whose two walls are seen
   Angle parallel_within = Angle::degrees(4);  ///< largest angle between segments of a corridor
   double capture_m = 0.5;                     ///< search distance of a wall from its segments
   double tracking_m = 0.15;                   ///< search distance of a wall from its prediction
   double min_correlation = 0.25;              ///< tracking is lost below
-  int min_beams = 8;                          ///< on a wall
+  int min_beams = 8;                          ///< on a wall, else it is not used
   double min_beam_fraction = 0.2;             ///< of the beams expected on a wall
   bool end_walls = true;                      ///< detect walls across the corridor
 };
@@ -81,6 +86,7 @@ struct WallOptions {
 /// buffers from scan to scan, so it is not thread-safe.
 class WallDetector {
  public:
+  /// Keeps the options.
   explicit WallDetector(const WallOptions& options = {}) : options_(options) {}
 
   /// Fast acquisition without a prediction: split-and-merge segments, the direction and offsets

@@ -1,5 +1,7 @@
 #pragma once
 
+// The improved proposal of a particle's pose.
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -15,6 +17,7 @@
 
 namespace wayfare {
 
+/// Samples of a PoseProposal.
 struct PoseProposalOptions {
   /// Minimum number of samples over all headings. More: smaller variance of the evidence, slower.
   int samples = 1000;
@@ -33,13 +36,13 @@ struct PoseProposalOptions {
 
 /// A pose drawn from the weighted samples, and their statistics.
 struct PoseDraw {
-  SE2d T_map_points;
+  SE2d T_map_points;  ///< the pose drawn
   /// ln of the mean of τ over the proposal; with divide_by_proposal ln ∫ τ dx: the factor of a
   /// particle's weight.
   double log_evidence = 0.0;
   /// Mean and covariance of the distribution it was drawn from.
   Gaussian<SE2d> moments;
-  int samples = 0;
+  int samples = 0;  ///< number evaluated
 };
 
 /// τ(x) = p(z | x, m) p(x | motion), with x from N(match, Σ): the improved proposal of a particle's

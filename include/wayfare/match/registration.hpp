@@ -1,5 +1,7 @@
 #pragma once
 
+// Registration of points without a grid: point-to-line ICP and NDT.
+
 #include <optional>
 #include <span>
 #include <string_view>
@@ -9,8 +11,9 @@
 
 namespace wayfare {
 
+/// Convergence, pairs and kernel of an IcpMatcher.
 struct IcpOptions {
-  int max_iterations = 40;
+  int max_iterations = 40;  ///< each with new pairs
   /// Iteration ends when a step is shorter than this, m and rad.
   double tolerance = 1e-4;
   /// Largest distance of a point from its nearest surface point, m; it shrinks to three times the
@@ -29,15 +32,18 @@ struct IcpOptions {
 /// the distances to the lines. Matches outside the window are rejected.
 class IcpMatcher {
  public:
-  using Map = SurfaceMap;
-  static constexpr std::string_view kName = "ICP";
+  using Map = SurfaceMap;                           ///< surface points with normals
+  static constexpr std::string_view kName = "ICP";  ///< in tables of results
 
+  /// Keeps the options.
   explicit IcpMatcher(const IcpOptions& options = {}) : options_(options) {}
 
+  /// Surface points of the scans. Errors: those of SurfaceMap::make.
   [[nodiscard]] Result<SurfaceMap> make_map(std::span<const PlacedPoints> scans) const {
     return SurfaceMap::make(scans, options_.map);
   }
 
+  /// The local minimum from the prior. Errors: those of ScanMatcher.
   [[nodiscard]] Result<std::optional<MatchResult>> match(const SurfaceMap& map,
                                                          const PointSet& points, const SE2d& prior,
                                                          const SearchWindow& window,
@@ -49,6 +55,7 @@ class IcpMatcher {
 
 static_assert(MappingMatcher<IcpMatcher>);
 
+/// Convergence and floor of an NdtMatcher.
 struct NdtOptions {
   /// On each level.
   int max_iterations = 20;
@@ -66,15 +73,18 @@ struct NdtOptions {
 /// floor. Matches outside the window are rejected.
 class NdtMatcher {
  public:
-  using Map = NdtMap;
-  static constexpr std::string_view kName = "NDT";
+  using Map = NdtMap;                               ///< distributions on squares, coarse to fine
+  static constexpr std::string_view kName = "NDT";  ///< in tables of results
 
+  /// Keeps the options.
   explicit NdtMatcher(const NdtOptions& options = {}) : options_(options) {}
 
+  /// Distributions of the scans' points. Errors: those of NdtMap::make.
   [[nodiscard]] Result<NdtMap> make_map(std::span<const PlacedPoints> scans) const {
     return NdtMap::make(scans, options_.map);
   }
 
+  /// The local maximum from the prior. Errors: those of ScanMatcher.
   [[nodiscard]] Result<std::optional<MatchResult>> match(const NdtMap& map, const PointSet& points,
                                                          const SE2d& prior,
                                                          const SearchWindow& window,

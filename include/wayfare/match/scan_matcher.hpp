@@ -1,5 +1,7 @@
 #pragma once
 
+// What a scan matcher is: its window, options, result and concepts.
+
 #include <concepts>
 #include <cstdint>
 #include <optional>
@@ -20,11 +22,12 @@ namespace wayfare {
 /// Half extents of the search about the prior pose, along the map's axes. Rounded up to whole
 /// cells.
 struct SearchWindow {
-  double half_x_m = 0.3;
-  double half_y_m = 0.3;
-  Angle half_heading = Angle::degrees(20);
+  double half_x_m = 0.3;                    ///< along the map's x
+  double half_y_m = 0.3;                    ///< along the map's y
+  Angle half_heading = Angle::degrees(20);  ///< to either side of the prior's
 };
 
+/// What a match must reach, its prior and whether its covariance is wanted.
 struct MatchOptions {
   /// Matches with a smaller score (see MatchResult::score) are rejected.
   double min_score = 0.0;
@@ -42,20 +45,22 @@ struct MatchOptions {
 
 /// A candidate: the prior moved by whole cells along the map's axes and by whole heading steps.
 struct Candidate {
-  Cell offset;
-  int heading_step = 0;
+  Cell offset;           ///< cells from the prior
+  int heading_step = 0;  ///< steps from the prior's heading
+  /// By offset, then by heading.
   auto operator<=>(const Candidate&) const = default;
 };
 
+/// The best pose of a match and how well it fits.
 struct MatchResult {
-  SE2d T_map_points{};
+  SE2d T_map_points{};  ///< pose of the points' frame in the map
   /// (1/N) Σ ln p(point | map), nats.
   double mean_log_likelihood = 0.0;
   /// The same, scaled to 0 (every point at the map's floor) … 1 (every point at probability 1).
   double score = 0.0;
   /// The candidate and the number searched; zero for iterative matchers.
   Candidate candidate{};
-  std::int64_t candidates = 0;
+  std::int64_t candidates = 0;  ///< see `candidate`
   /// Of (x, y, θ) in the matched pose's own axes, never wider than the window: from the scores'
   /// distribution over the window (Olson 2009), or the inverse of the information at the match.
   std::optional<Eigen::Matrix3d> covariance{};

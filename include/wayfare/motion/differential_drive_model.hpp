@@ -27,9 +27,9 @@ struct GroundSlip {
   double side_m_per_sqrt_m = 0.002;
   /// Of an unmeasured rotation after one radian, growing with the root of the angle.
   double turn_rad_per_sqrt_rad = 0.01;
-  /// Of any increment, m and rad: keeps the variance of a robot at rest from staying zero.
+  /// Of any increment along and across, m: keeps the variance of a robot at rest from staying zero.
   double floor_m = 1e-5;
-  double floor_rad = 1e-5;
+  double floor_rad = 1e-5;  ///< rad, of the rotation of any increment
 
   /// Covariance of a twist (x, y, θ).
   [[nodiscard]] Eigen::Matrix3d covariance(const Eigen::Vector3d& twist) const {
@@ -44,8 +44,8 @@ struct GroundSlip {
 
 /// An increment and its derivative by the two inputs of the model, in the axes of the final pose.
 struct InputJacobian {
-  SE2d increment;
-  Eigen::Matrix<double, 3, 2> by_inputs;
+  SE2d increment;                         ///< T_before_after
+  Eigen::Matrix<double, 3, 2> by_inputs;  ///< rows (x, y, θ): m and rad per unit of an input
 
   /// The increment of inputs with these variances on a ground of this covariance.
   [[nodiscard]] Gaussian<SE2d> with_noise(const Eigen::Vector2d& variances,
@@ -58,12 +58,12 @@ struct InputJacobian {
 
 /// From the distance rolled by each wheel, forward positive.
 struct DifferentialDriveModel {
-  double wheel_base_m = 0.4;
+  double wheel_base_m = 0.4;  ///< m, distance of the wheels' contact points
   /// Standard deviation of each wheel's distance after one metre, growing with its root.
   double slip_m_per_sqrt_m = 0.004;
   /// Relative uncertainty of each wheel's radius: its effect is proportional to the distance.
   double scale = 0.0;
-  GroundSlip ground{};
+  GroundSlip ground{};  ///< added to the covariance of the wheels
 
   /// Twist: mean of the two wheels along x, (right − left) / wheel base about z.
   [[nodiscard]] Eigen::Vector3d twist(double left_m, double right_m) const {
@@ -80,6 +80,7 @@ struct DifferentialDriveModel {
   [[nodiscard]] Eigen::Vector2d input_variances(double left_m, double right_m) const {
     return {wheel_variance(left_m), wheel_variance(right_m)};
   }
+  /// Increment of the distances rolled, m, with its covariance: Σ = J Q Jᵀ + ground.
   [[nodiscard]] Gaussian<SE2d> operator()(double left_m, double right_m) const {
     return linearised(left_m, right_m)
         .with_noise(input_variances(left_m, right_m), ground.covariance(twist(left_m, right_m)));
@@ -103,8 +104,9 @@ struct GyroMotion {
   double angle_random_walk_rad_per_sqrt_s = 0.001;
   /// Standard deviation of the residual bias of the rate: its effect is proportional to time.
   double bias_rad_s = 0.0005;
-  GroundSlip ground{};
+  GroundSlip ground{};  ///< added to the covariance of distance and gyro
 
+  /// Twist: the distance along x, rate times interval about z.
   [[nodiscard]] Eigen::Vector3d twist(double along_m, double turn_rate_rad_s, double dt_s) const {
     return {along_m, 0.0, turn_rate_rad_s * dt_s};
   }
@@ -123,6 +125,7 @@ struct GyroMotion {
                 scale * scale * along_m * along_m,
             walk * walk * std::abs(dt_s) + bias * bias};
   }
+  /// Increment of the forward distance, mean rate and interval, with its covariance.
   [[nodiscard]] Gaussian<SE2d> operator()(double along_m, double turn_rate_rad_s,
                                           double dt_s) const {
     return linearised(along_m, turn_rate_rad_s, dt_s)

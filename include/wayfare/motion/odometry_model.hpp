@@ -76,13 +76,16 @@ template <class Pose, class Model>
 
 /// Standard deviations that grow with the motion.
 struct OdometryNoise {
+  /// Noise of a measured increment.
   MotionNoise odometry{0.01, 0.20, 0.02, Angle::degrees(0.5), 0.20, 0.10};
   /// Noise of the constant-velocity prediction, used when odometry is missing or refused.
   MotionNoise constant_velocity{0.05, 0.50, 0.05, Angle::degrees(3.0), 0.4, 0.2};
 
+  /// The measured increment with the noise `odometry`.
   [[nodiscard]] Gaussian<SE2d> motion(const SE2d& increment) const {
     return with_noise(increment, odometry);
   }
+  /// An increment at constant velocity with the noise `constant_velocity`.
   [[nodiscard]] Gaussian<SE2d> prediction(const SE2d& increment) const {
     return with_noise(increment, constant_velocity);
   }

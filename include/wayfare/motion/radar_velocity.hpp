@@ -23,12 +23,13 @@
 
 namespace wayfare {
 
+/// Which points radar_velocity uses, and when they agree.
 struct RadarVelocityOptions {
   /// Two unknowns instead of three, for a radar that measures no elevation or moves in a plane.
   bool plane = false;
   /// Nearer points are on the radar's own carrier, m.
   double min_range_m = 0.25;
-  double min_snr_db = 0.0;
+  double min_snr_db = 0.0;  ///< dB; points below are not used
   /// A point whose radial speed has a larger residual is moving or a ghost, m/s. Covers part of the
   /// width of a Doppler bin and the effect of bearing errors.
   double inlier_m_s = 0.15;
@@ -40,14 +41,16 @@ struct RadarVelocityOptions {
   std::size_t draws = 100;
 };
 
+/// Ego-velocity estimated from one frame.
 struct RadarVelocity {
-  LogTime time;
+  LogTime time;  ///< of the frame
   /// Of the radar over ground, in its own axes; z is 0 in the plane.
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  /// Of the velocity, (m/s)²; in the plane zero for z.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  std::vector<bool> inlier;  ///< of each point of the frame
-  std::size_t points = 0;    ///< beyond min_range_m and above min_snr_db
-  std::size_t inliers = 0;
+  std::vector<bool> inlier;   ///< of each point of the frame
+  std::size_t points = 0;     ///< beyond min_range_m and above min_snr_db
+  std::size_t inliers = 0;    ///< points whose residual is within inlier_m_s
   double residual_m_s = 0.0;  ///< root mean square of the inliers' residuals
 };
 

@@ -23,9 +23,10 @@
 
 namespace wayfare {
 
+/// Sensors, mounting, measurements and gaps of a GnssIns.
 struct GnssInsOptions {
-  ImuNoise imu;
-  ReceiverClockNoise clock;
+  ImuNoise imu;              ///< of the inertial unit
+  ReceiverClockNoise clock;  ///< of the receiver's clock
   /// Mounting: rotates the unit's axes to body (forward-right-down).
   SO3d q_body_imu;
   /// From the unit to the antenna, body axes, m.
@@ -42,7 +43,7 @@ struct GnssInsOptions {
   /// Non-holonomic constraint with fewer than four satellites: lateral and vertical velocity of the
   /// body are about zero. Not for vehicles that can move sideways.
   bool non_holonomic_in_outage = true;
-  double non_holonomic_sigma_mps = 0.1;
+  double non_holonomic_sigma_mps = 0.1;  ///< of either velocity
   /// Zero-velocity and zero-turn-rate updates when the unit detects standstill.
   bool zero_velocity_updates = true;
   /// Fraction of the gyro's sample-to-sample variation beyond its own noise that is treated as an
@@ -54,44 +55,57 @@ struct GnssInsOptions {
   /// Unmeasured acceleration and turn rate during gaps of more than three sampling intervals (added
   /// to the covariance), m/s², rad/s.
   double gap_acceleration_mps2 = 2.0;
-  double gap_turn_rate_radps = 0.3;
+  double gap_turn_rate_radps = 0.3;  ///< unmeasured turn rate during such a gap
   /// Largest delay of a GNSS measurement, s.
   double max_lateness_s = 3.0;
   /// Without a given start, the heading is initialised from the GNSS velocity above this speed,
   /// m/s, with this standard deviation, rad.
   double start_speed_mps = 3.0;
-  double start_heading_sigma_rad = 0.1;
+  double start_heading_sigma_rad = 0.1;  ///< of a heading from the course
 };
 
 /// The filter's estimate at one instant.
 struct GnssInsEstimate {
-  NavState nav;  ///< of the inertial unit, not the antenna
-  Eigen::Vector3d gyro_bias_radps, accel_bias_mps2, gyro_scale, accel_scale;
-  double clock_bias_m = 0.0, clock_drift_mps = 0.0;
+  NavState nav;                     ///< of the inertial unit, not the antenna
+  Eigen::Vector3d gyro_bias_radps,  ///< rad/s, the unit's axes
+      accel_bias_mps2,              ///< m/s²
+      gyro_scale,                   ///< relative
+      accel_scale;                  ///< relative
+  double clock_bias_m = 0.0,        ///< receiver clock
+      clock_drift_mps = 0.0;        ///< its rate
+  /// Of the 23 errors of ins_state.
   Eigen::Matrix<double, ins_state::kSize, ins_state::kSize> covariance;
 };
 
 /// Innovation of one measurement and its standard deviation.
 struct InnovationRecord {
-  enum class Kind : std::uint8_t { range, range_rate, position, velocity, constraint, standstill };
-  LogTime time;
-  Kind kind = Kind::range;
-  SatelliteId satellite;
-  double innovation = 0.0;
-  double sigma = 0.0;
-  bool accepted = false;
+  /// What was measured.
+  enum class Kind : std::uint8_t {
+    range,       ///< to a satellite
+    range_rate,  ///< to a satellite
+    position,    ///< of a fix, one axis
+    velocity,    ///< of a fix, one axis
+    constraint,  ///< velocity of the vehicle
+    standstill,  ///< velocity or turn rate at rest
+  };
+  LogTime time;             ///< of the measurement
+  Kind kind = Kind::range;  ///< what was measured
+  SatelliteId satellite;    ///< of a range or range rate
+  double innovation = 0.0;  ///< measured − predicted, SI units
+  double sigma = 0.0;       ///< its predicted standard deviation
+  bool accepted = false;    ///< passed the gate and was used
 };
 
 /// A given initial state with standard deviations.
 struct GnssInsStart {
-  NavState nav;
-  double position_sigma_m = 5.0;
-  double velocity_sigma_mps = 0.5;
-  double level_sigma_rad = 0.02;
-  double heading_sigma_rad = 0.1;
+  NavState nav;                     ///< of the inertial unit
+  double position_sigma_m = 5.0;    ///< each of north, east and down
+  double velocity_sigma_mps = 0.5;  ///< each of north, east and down
+  double level_sigma_rad = 0.02;    ///< roll and pitch
+  double heading_sigma_rad = 0.1;   ///< about the vertical
   /// Gyro bias in the unit's axes; σ of zero: unknown.
   Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
-  double gyro_bias_sigma_radps = 0.0;
+  double gyro_bias_sigma_radps = 0.0;  ///< each axis
 };
 
 /// A start around the truth: its errors are drawn from the standard deviations of `start`, those of
@@ -112,30 +126,32 @@ struct GnssInsStart {
 
 /// Everything a run needs, each stream in order of time.
 struct GnssInsRecording {
-  std::vector<ImuSample> imu;
-  std::vector<RangeEpoch> ranges;
-  std::vector<GnssFix> fixes;
+  std::vector<ImuSample> imu;         ///< readings of the unit
+  std::vector<RangeEpoch> ranges;     ///< corrected ranges, for tight coupling
+  std::vector<GnssFix> fixes;         ///< positions of a receiver, for loose coupling
   std::optional<GnssInsStart> start;  ///< absent: from GNSS velocity and levelling
 };
 
 /// An event of the filter: a gap, a late epoch, a reset.
 struct GnssInsNotice {
-  LogTime time;
-  std::string text;
+  LogTime time;      ///< of the event
+  std::string text;  ///< what happened
 };
 
 /// One output of a run: the state and the standard deviation of each of its 23 errors.
 struct GnssInsPoint {
-  NavState nav;
-  Eigen::Matrix<float, ins_state::kSize, 1> sigma;
+  NavState nav;                                     ///< of the inertial unit
+  Eigen::Matrix<float, ins_state::kSize, 1> sigma;  ///< of each error of ins_state
   Eigen::Matrix<float, 12, 1> imu_errors;  ///< gyro bias, accel bias, gyro scale, accel scale
-  double clock_bias_m = 0.0, clock_drift_mps = 0.0;
+  double clock_bias_m = 0.0,               ///< receiver clock
+      clock_drift_mps = 0.0;               ///< its rate
 };
 
+/// The solution of a recording.
 struct GnssInsResult {
-  std::vector<GnssInsPoint> points;  ///< at the unit's rate, since the start
-  std::vector<InnovationRecord> innovations;
-  std::vector<GnssInsNotice> notices;
+  std::vector<GnssInsPoint> points;           ///< at the unit's rate, since the start
+  std::vector<InnovationRecord> innovations;  ///< of every measurement, rejected ones too
+  std::vector<GnssInsNotice> notices;         ///< events, in order of time
 };
 
 /// The filter, processing one measurement at a time in order of arrival. Late range epochs and
@@ -145,17 +161,21 @@ struct GnssInsResult {
 /// kilometre from the poles.
 class GnssIns {
  public:
+  /// Not started.
   explicit GnssIns(const GnssInsOptions& options);
 
   /// Starts at the first inertial reading at or after the given time, at most
   /// GnssInsOptions::max_imu_gap_s later. A start that is not finite or not on the Earth is not
   /// used; a notice says so.
   void start(const GnssInsStart& start);
+  /// Whether it has a solution.
   [[nodiscard]] bool started() const;
 
   /// An error says why a measurement was not used; the filter is unchanged.
   Result<void> add(const ImuSample& sample);
+  /// A range epoch; late ones are replayed.
   Result<void> add(const RangeEpoch& epoch);
+  /// A fix; late ones are replayed.
   Result<void> add(const GnssFix& fix);
 
   /// Needs started().
@@ -164,6 +184,7 @@ class GnssIns {
   [[nodiscard]] GnssInsPoint point() const;
   /// Innovations and notices since the last call.
   [[nodiscard]] std::vector<InnovationRecord> take_innovations();
+  /// Notices since the last call, in order of time.
   [[nodiscard]] std::vector<GnssInsNotice> take_notices();
 
  private:

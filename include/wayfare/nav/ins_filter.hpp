@@ -18,15 +18,19 @@
 
 namespace wayfare {
 
+/// An Ekf of InsState on a tangent plane, with its process and measurements. `T`: a scalar or a
+/// pack
+/// of lanes; `Offsets`: number of inter-system clock offsets.
 template <class T, int Offsets = 0>
 class InsFilter {
  public:
+  /// Position on the plane, velocity, attitude, sensors, clock.
   using State = InsState<T, Offsets>;
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  using Filter = Ekf<State>;
-  using Square = typename Filter::Square;
-  using Update = ScalarUpdate<T>;
-  static constexpr int kDof = State::kDof;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;   ///< of three components
+  using Filter = Ekf<State>;                ///< the filter inside
+  using Square = typename Filter::Square;   ///< covariances
+  using Update = ScalarUpdate<T>;           ///< result of an update, lane by lane
+  static constexpr int kDof = State::kDof;  ///< number of errors
 
   InsFilter() = default;
   /// `lever_m` from the unit to the antenna in the unit's axes. Positions of `state` are on a plane
@@ -40,11 +44,17 @@ class InsFilter {
         lever_m_(lever_m.cast<T>()),
         filter_(state, covariance) {}
 
+  /// Tangent at the anchor.
   [[nodiscard]] const LocalTangentPlane& plane() const { return plane_; }
+  /// Receiver clock bias from which that of the state counts, m.
   [[nodiscard]] double clock_anchor_m() const { return clock_anchor_m_; }
+  /// Of all lanes.
   [[nodiscard]] const State& state() const { return filter_.state(); }
+  /// Of the errors of state().
   [[nodiscard]] const Square& covariance() const { return filter_.covariance(); }
+  /// For other measurements.
   [[nodiscard]] Filter& ekf() { return filter_; }
+  /// The filter inside.
   [[nodiscard]] const Filter& ekf() const { return filter_; }
   /// The unit's raw turn rate at the newest prediction.
   [[nodiscard]] const Vector3& gyro_radps() const { return gyro_radps_; }
@@ -55,10 +65,12 @@ class InsFilter {
     for (int k = 0; k < 3; ++k) x[k] = static_cast<double>(lane(state().position_m[k], i));
     return plane_.geodetic(x);
   }
+  /// Receiver clock bias of lane `i`, m.
   [[nodiscard]] double clock_bias_m(int i = 0) const {
     return clock_anchor_m_ + static_cast<double>(lane(state().clock[0], i));
   }
 
+  /// Advances state and covariance over an interval of readings.
   void predict(const ImuInterval& imu) {
     gyro_radps_ = imu.end_rate_radps.cast<T>();
     filter_.predict(model_, imu);
@@ -72,10 +84,12 @@ class InsFilter {
                       int clock_offset = -1, const MaskOf<T>& enabled = true) {
     return filter_.update(range_model(satellite, sigma_m, clock_offset), gate_sigma, enabled);
   }
+  /// By the Doppler shift; `gate_sigma` as of update_range.
   Update update_range_rate(const CorrectedRange& satellite, const T& sigma_mps, const T& gate_sigma,
                            const MaskOf<T>& enabled = true) {
     return filter_.update(range_rate_model(satellite, sigma_mps), gate_sigma, enabled);
   }
+  /// The measurement of update_range.
   [[nodiscard]] RangeModel<T, Offsets> range_model(const CorrectedRange& satellite,
                                                    const T& sigma_m, int clock_offset = -1) const {
     const SatelliteView view(satellite, plane_);
@@ -86,6 +100,7 @@ class InsFilter {
             lever_m_,
             clock_offset};
   }
+  /// The measurement of update_range_rate.
   [[nodiscard]] RangeRateModel<T, Offsets> range_rate_model(const CorrectedRange& satellite,
                                                             const T& sigma_mps) const {
     return {plane_,

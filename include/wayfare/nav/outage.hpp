@@ -26,38 +26,43 @@ namespace wayfare {
 
 /// The open interval from `begin` to `end`.
 struct OutageWindow {
-  LogTime begin, end;
-  std::size_t satellites_left = 0;
+  LogTime begin,                    ///< satellites are removed after it
+      end;                          ///< and before it
+  std::size_t satellites_left = 0;  ///< number that stays
+  /// Whether satellites are removed at this time.
   [[nodiscard]] bool contains(LogTime t) const { return t > begin && t < end; }
 };
 
 /// Horizontal error over the first part of an outage.
 struct OutageError {
-  double rmse_m = 0.0, max_m = 0.0;
+  double rmse_m = 0.0,      ///< horizontal
+      max_m = 0.0;          ///< largest horizontal
   double end_m = 0.0;       ///< of the last estimate
   double distance_m = 0.0;  ///< travelled during the outage
 };
 
 /// Horizontal error at one instant of an outage.
 struct DriftPoint {
-  double time_s = 0.0, distance_m = 0.0;  ///< since its start
-  double error_m = 0.0;
+  double time_s = 0.0,   ///< since its start
+      distance_m = 0.0;  ///< travelled since its start
+  double error_m = 0.0;  ///< horizontal
 };
 
 /// One outage of the longest duration.
 struct OutageCourse {
-  OutageWindow window;
+  OutageWindow window;                   ///< the outage
   std::vector<DriftPoint> drift;         ///< at every estimate
   std::vector<OutageError> by_duration;  ///< in the order of the plan's durations
 };
 
 /// The mean over all starts.
 struct OutageCell {
-  Duration duration{0};
-  std::size_t satellites_left = 0;
-  OutageError mean;
+  Duration duration{0};             ///< from its start
+  std::size_t satellites_left = 0;  ///< number that stayed
+  OutageError mean;                 ///< of the errors of its outages
 };
 
+/// Errors over outages of several durations and numbers of satellites.
 struct OutageReport {
   std::vector<OutageCell> cells;      ///< by duration, then by satellites left
   std::vector<OutageCourse> courses;  ///< by satellites left, then by start
@@ -104,14 +109,15 @@ template <class Truth>
   return error;
 }
 
+/// The outages of an experiment.
 struct OutagePlan {
   /// Ascending.
   std::vector<Duration> durations = {std::chrono::seconds(10), std::chrono::seconds(15),
                                      std::chrono::seconds(20), std::chrono::seconds(25),
                                      std::chrono::seconds(30)};
-  std::vector<std::size_t> satellites_left = {0, 1, 2, 3, 4};
-  std::vector<LogTime> starts;  ///< start times of the outages
-  int threads = 1;              ///< the report is the same for any number
+  std::vector<std::size_t> satellites_left = {0, 1, 2, 3, 4};  ///< numbers of satellites that stay
+  std::vector<LogTime> starts;                                 ///< start times of the outages
+  int threads = 1;  ///< the report is the same for any number
 };
 
 /// `count` evenly spaced times such that an outage of `longest` ends by `last`.

@@ -14,6 +14,7 @@
 
 namespace wayfare {
 
+/// Noises of a BarometricHeight.
 struct BarometricHeightParameters {
   double pressure_sigma_Pa = 2.0;  ///< white noise of a reading
   /// Random walk of the pressure at rest, Pa/√s: weather, ventilation, warming of the sensor.
@@ -27,6 +28,7 @@ struct BarometricHeightParameters {
 /// reading. Without readings it is the sum of the rises.
 class BarometricHeight {
  public:
+  /// At a height of zero, before the first reading.
   explicit BarometricHeight(const BarometricHeightParameters& parameters = {}) : p_(parameters) {}
 
   /// A rise by dead reckoning since the previous one, and its variance, which may be zero.
@@ -58,12 +60,15 @@ class BarometricHeight {
     return report_.note(UpdateStatus::used);
   }
 
+  /// Above the start, m.
   [[nodiscard]] double height_m() const { return height_m_; }
+  /// Standard deviation of the height, m.
   [[nodiscard]] double sigma_m() const { return std::sqrt(std::max(0.0, covariance_(0, 0))); }
   /// The height by the last reading alone.
   [[nodiscard]] std::optional<double> by_pressure_m() const { return by_pressure_m_; }
   /// Normalised innovation squared of the last reading, one degree of freedom.
   [[nodiscard]] double nis() const { return nis_; }
+  /// Counts of readings by status.
   [[nodiscard]] const SensorReport& report() const { return report_; }
 
  private:

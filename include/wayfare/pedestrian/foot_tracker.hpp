@@ -30,6 +30,7 @@ class BasicFootTracker {
   explicit BasicFootTracker(
       const FootParameters& parameters = {}) requires std::same_as<Statistic, ShoeOrAred>
       : BasicFootTracker(parameters, ShoeOrAred(parameters)) {}
+  /// With any statistic.
   BasicFootTracker(const FootParameters& parameters, const Statistic& statistic)
       : p_(parameters), readings_(parameters, statistic) {}
 
@@ -45,6 +46,7 @@ class BasicFootTracker {
     process(sink);
     return status;
   }
+  /// The same, without the poses.
   UpdateStatus add(const ImuSample& sample) {
     return add(sample, [](const FootPose&) {});
   }
@@ -56,11 +58,15 @@ class BasicFootTracker {
     readings_.clear();
   }
 
+  /// Whether the attitude is initialised.
   [[nodiscard]] bool ready() const { return ready_; }
   /// The latest pose.
   [[nodiscard]] const FootPose& pose() const { return pose_; }
+  /// State, covariance and biases.
   [[nodiscard]] const FootFilter& filter() const { return filter_; }
+  /// To correct the state by other measurements, such as TwoFeet's.
   [[nodiscard]] FootFilter& filter() { return filter_; }
+  /// Counts so far.
   [[nodiscard]] const FootReport& report() const { return report_; }
 
  private:
@@ -212,6 +218,6 @@ class BasicFootTracker {
   double since_stance_s_ = 0.0, height_m_ = 0.0, stance_ = 0.0;
   bool ready_ = false, has_last_ = false, has_height_ = false, restarted_ = false;
 };
-using FootTracker = BasicFootTracker<ShoeOrAred>;
+using FootTracker = BasicFootTracker<ShoeOrAred>;  ///< by SHOE or ARED
 
 }  // namespace wayfare

@@ -23,8 +23,9 @@ class BasicPedestrian {
   static_assert(detail::check_step_length<Length>());
 
  public:
-  using Parameters = BasicPedestrianParameters<Length>;
+  using Parameters = BasicPedestrianParameters<Length>;  ///< with the step length model
 
+  /// Without readings; the parameters are kept.
   explicit BasicPedestrian(const Parameters& parameters = {})
       : p_(parameters),
         ahrs_(attitude_parameters(parameters)),
@@ -46,6 +47,7 @@ class BasicPedestrian {
       detector_.add(s.time, s.specific_force_mps2, [&](const Step& step) { add_step(step, sink); });
     return status;
   }
+  /// The same, without the poses.
   MargUpdateStatus add(const MargSample& s) {
     return add(s, [](const PedestrianPose&) {});
   }
@@ -61,11 +63,17 @@ class BasicPedestrian {
     return status;
   }
 
+  /// After the last step.
   [[nodiscard]] const PedestrianPose& pose() const { return pose_; }
+  /// Attitude filter.
   [[nodiscard]] const Ahrs<frame::Enu>& ahrs() const { return ahrs_; }
+  /// Of the walking direction in the unit's axes.
   [[nodiscard]] const WalkingDirection& direction() const { return direction_; }
+  /// Gyro drift by an uncalibrated magnetometer.
   [[nodiscard]] const MagneticHeadingDrift& magnetic_drift() const { return magnetic_drift_; }
+  /// North by the mean field of the walk.
   [[nodiscard]] const MeanFieldNorth& mean_field() const { return mean_field_; }
+  /// Counts so far.
   [[nodiscard]] PedestrianReport report() const {
     PedestrianReport r = report_;
     r.ahrs = ahrs_.report();

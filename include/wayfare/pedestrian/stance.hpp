@@ -28,19 +28,23 @@ namespace wayfare {
 
 /// A reading with its statistic, as the foot tracker keeps it.
 struct FootReading : ImuSample {
-  double statistic = 0.0;
-  bool stillest = false;  ///< a local minimum of the statistic
+  double statistic = 0.0;  ///< at the reading's time
+  bool stillest = false;   ///< a local minimum of the statistic
 };
 
 /// The readings within half of FootParameters::stance_window_s before and after one, in the order
 /// of time: one or more ImuSample with finite numbers.
 class StanceWindow {
  public:
-  using Iterator = std::deque<FootReading>::const_iterator;
+  using Iterator = std::deque<FootReading>::const_iterator;  ///< over readings in order of time
 
+  /// The readings [begin, end).
   StanceWindow(Iterator begin, Iterator end) : begin_(begin), end_(end) {}
+  /// First reading.
   [[nodiscard]] Iterator begin() const { return begin_; }
+  /// Past the last reading.
   [[nodiscard]] Iterator end() const { return end_; }
+  /// Number of readings.
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(end_ - begin_); }
 
  private:
@@ -94,7 +98,9 @@ template <class Iterator>
 class ShoeOrAred {
  public:
   ShoeOrAred() = default;
+  /// Of the parameters its window, standard deviations, gravity and `statistic` are used.
   explicit ShoeOrAred(const FootParameters& parameters) : p_(parameters) {}
+  /// SHOE or ARED of the window.
   double operator()(const StanceWindow& window) const {
     return stance_statistic(window.begin(), window.end(), p_);
   }

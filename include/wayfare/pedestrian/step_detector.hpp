@@ -24,6 +24,7 @@ namespace wayfare {
 /// ones of a walk together once there are enough of them.
 class StepDetector {
  public:
+  /// Without readings.
   explicit StepDetector(const StepParameters& parameters = {})
       : p_(parameters), band_(parameters), onset_(parameters) {}
 
@@ -44,6 +45,7 @@ class StepDetector {
     return saturated ? UpdateStatus::saturated : UpdateStatus::used;
   }
 
+  /// Number of steps reported.
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
   /// The band-passed magnitude, m/s².
   [[nodiscard]] double band() const { return band_.now(); }
@@ -174,13 +176,14 @@ constexpr bool check_step_length() {
 
 /// Constant length: distance over number of steps (Sadruddin 2020, 2.6.3).
 struct ConstantStep {
-  double factor = 0.69;  ///< m
-  double operator()(const Step& /*step*/) const { return factor; }
+  double factor = 0.69;                                             ///< m
+  double operator()(const Step& /*step*/) const { return factor; }  ///< m; the step does not matter
 };
 
 /// Range of the acceleration within the step: k·(a_max − a_min)^¼ (Weinberg 2002).
 struct WeinbergStep {
   double factor = 0.434;  ///< m·(m/s²)^-¼
+  /// Length of a step, m.
   double operator()(const Step& s) const {
     return factor * std::pow(std::max(0.0, s.crest_mps2 - s.trough_mps2), 0.25);
   }
@@ -189,6 +192,7 @@ struct WeinbergStep {
 /// Mean magnitude of the acceleration within the step: k·(Σ|a|/n)^⅓ (Kim et al. 2004).
 struct KimStep {
   double factor = 0.545;  ///< m·(m/s²)^-⅓
+  /// Length of a step, m.
   double operator()(const Step& s) const {
     return factor * std::cbrt(std::max(0.0, s.mean_abs_mps2));
   }
@@ -196,8 +200,9 @@ struct KimStep {
 
 /// Body height and step frequency: k·h·√f (Tian et al. 2015).
 struct HeightFrequencyStep {
-  double factor = 0.3139;
-  double height_m = 1.75;
+  double factor = 0.3139;  ///< s^½, of the height times the root of the frequency
+  double height_m = 1.75;  ///< of the walker
+  /// Length of a step, m; intervals below 0.2 s count as 0.2 s.
   double operator()(const Step& s) const {
     return factor * height_m * std::sqrt(1.0 / std::max(s.interval_s, 0.2));
   }
@@ -206,13 +211,17 @@ struct HeightFrequencyStep {
 /// One of these models, chosen at run time.
 struct StepLength : std::variant<KimStep, ConstantStep, WeinbergStep, HeightFrequencyStep> {
   using variant::variant;
+  /// For std::visit.
   [[nodiscard]] variant& models() { return *this; }
+  /// For std::visit.
   [[nodiscard]] const variant& models() const { return *this; }
+  /// Length by the model chosen, m.
   double operator()(const Step& step) const {
     return std::visit([&](const auto& model) { return model(step); }, models());
   }
 };
 
+/// Length of a step by a model, m.
 [[nodiscard]] inline double length_of(const Step& step, const StepLength& model) {
   return model(step);
 }
@@ -226,6 +235,7 @@ template <ScaledStepLength M>
   if (sum > 0.0 && length_m > 0.0) model.factor *= length_m / sum;
   return model;
 }
+/// The same for the model chosen at run time.
 [[nodiscard]] inline StepLength calibrated(StepLength model, std::span<const Step> steps,
                                            double length_m) {
   std::visit([&](auto& m) { m = calibrated(m, steps, length_m); }, model.models());

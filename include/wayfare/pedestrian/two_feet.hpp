@@ -18,14 +18,15 @@
 
 namespace wayfare {
 
+/// Trackers and geometry of a BasicTwoFeet.
 struct TwoFeetParameters {
-  FootParameters foot;
+  FootParameters foot;  ///< of both trackers
   /// Largest distance of the units, m, that of a long step; zero disables the constraint.
   double farthest_m = 1.0;
   /// Initial position and heading (counter-clockwise) of the right unit in the axes of the left
   /// one's FootPose.
   Eigen::Vector3d right_from_left_m = {0.0, -0.2, 0.0};
-  Angle right_from_left;
+  Angle right_from_left;  ///< counter-clockwise
 };
 
 /// One tracker per foot, and an upper bound on their distance (Skog et al. 2012): positions further
@@ -35,12 +36,18 @@ struct TwoFeetParameters {
 template <class Statistic>
 class BasicTwoFeet {
  public:
-  using Tracker = BasicFootTracker<Statistic>;
-  enum class Side { left, right };
+  using Tracker = BasicFootTracker<Statistic>;  ///< of each foot
+  /// Which foot.
+  enum class Side {
+    left,   ///< left foot, which has the axes
+    right,  ///< right foot
+  };
 
+  /// With SHOE or ARED, by FootParameters::statistic.
   explicit BasicTwoFeet(
       const TwoFeetParameters& parameters = {}) requires std::same_as<Statistic, ShoeOrAred>
       : BasicTwoFeet(parameters, ShoeOrAred(parameters.foot)) {}
+  /// With any statistic.
   BasicTwoFeet(const TwoFeetParameters& parameters, const Statistic& statistic)
       : p_(parameters),
         feet_{Tracker(parameters.foot, statistic), Tracker(parameters.foot, statistic)} {}
@@ -50,12 +57,14 @@ class BasicTwoFeet {
   UpdateStatus add(Side side, const ImuSample& sample, Sink&& sink) {
     return foot(side).add(sample, [&](const FootPose& pose) { handle(side, pose, sink); });
   }
+  /// Passes the remaining poses of both feet to `sink`, at the end of a recording.
   template <class Sink>
   void finish(Sink&& sink) {
     for (const Side side : {Side::left, Side::right})
       foot(side).finish([&](const FootPose& pose) { handle(side, pose, sink); });
   }
 
+  /// The tracker of one foot.
   [[nodiscard]] const Tracker& tracker(Side side) const {
     return feet_[static_cast<std::size_t>(side)];
   }
@@ -116,12 +125,13 @@ class BasicTwoFeet {
   std::array<Tracker, 2> feet_;
   std::uint64_t projections_ = 0;
 };
-using TwoFeet = BasicTwoFeet<ShoeOrAred>;
+using TwoFeet = BasicTwoFeet<ShoeOrAred>;  ///< by SHOE or ARED
 
 /// How units of unknown mounting are placed: see TwoFeetParameters.
 struct FeetMounting {
+  /// M, initial position of the right unit.
   Eigen::Vector3d right_from_left_m = Eigen::Vector3d::Zero();
-  Angle right_from_left;
+  Angle right_from_left;  ///< initial heading of the right unit
 };
 
 /// From the tracks of both feet, each in its own axes and from its own start: their directions are

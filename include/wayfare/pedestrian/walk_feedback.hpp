@@ -17,6 +17,7 @@
 
 namespace wayfare {
 
+/// Spacing and noise of headings by the map.
 struct MapHeadingParameters {
   double spacing_s = 1.0;             ///< between headings used
   Angle sigma = Angle::degrees(0.5);  ///< of the map's heading, in addition to the match's
@@ -29,6 +30,7 @@ struct MapHeadingParameters {
 /// correlated error by an equivalent independent one.
 class MapHeading {
  public:
+  /// Before the first heading.
   explicit MapHeading(const MapHeadingParameters& p = {}) : p_(p) {}
 
   /// Variance to use for a matched heading, rad²; none if it must not be used. `match`: its
@@ -54,6 +56,7 @@ class MapHeading {
   std::optional<LogTime> last_;
 };
 
+/// Priors and noises of a WalkFeedback.
 struct WalkFeedbackParameters {
   double scale_sigma = 0.06;  ///< prior, of the logarithm of the step scale
   double direction_sigma =
@@ -69,10 +72,13 @@ struct WalkFeedbackParameters {
 /// direction to the direction of motion.
 class WalkFeedback {
  public:
+  /// At the priors.
   explicit WalkFeedback(const WalkFeedbackParameters& p = {})
       : p_(p), log_scale_(0.0, p.scale_sigma), direction_(0.0, p.direction_sigma) {}
 
+  /// True length per length by steps.
   [[nodiscard]] double scale() const { return std::exp(log_scale_.value); }
+  /// Of motion relative to that of the steps, counter-clockwise.
   [[nodiscard]] Angle direction() const { return Angle::radians(direction_.value); }
 
   /// At each scan: position by the map and by the uncorrected steps, in frames with the same

@@ -26,8 +26,10 @@ namespace wayfare::ros {
 /// without the leading slash of early ROS 1.
 class FrameTree {
  public:
+  /// Replaces an earlier transform of the same child.
   void add(const TransformStamped& transform);
 
+  /// Whether no transform was added.
   [[nodiscard]] bool empty() const { return parents_.empty(); }
 
   /// The pose of `frame` in `base`; between parent and child their transform as received,
@@ -48,6 +50,7 @@ class FrameTree {
 [[nodiscard]] Result<LogTime> time_of(const Stamp& stamp);
 /// `time` must not be before 1970. Exact.
 [[nodiscard]] Stamp stamp_of(LogTime time);
+/// Stamp and frame name of a message.
 [[nodiscard]] Header header_of(LogTime time, std::string_view frame);
 
 /// The frame name of a message, without the leading slash of early ROS 1.
@@ -63,9 +66,11 @@ class FrameTree {
 [[nodiscard]] Quaternion quaternion_of(const SO2d& rotation);
 /// The rotation about z. Errors: not a unit quaternion (all zeros if it was not set).
 [[nodiscard]] Result<SO2d> yaw_of(const Quaternion& q);
+/// With height zero.
 [[nodiscard]] Pose pose_of(const SE2d& pose);
 /// The pose in the plane, without height, roll and pitch.
 [[nodiscard]] Result<SE2d> plane_pose_of(const Pose& pose);
+/// The pose of `child` in `parent`, with height zero.
 [[nodiscard]] TransformStamped transform_of(const SE2d& T_parent_child, LogTime time,
                                             std::string_view parent, std::string_view child);
 
@@ -74,8 +79,8 @@ struct Sensor {};
 /// The mounting of such a sensor, possibly upside down: its bearings then increase clockwise, and
 /// the mounting is that of the scan returned by `turned_over`.
 struct LevelMounting {
-  Transform2<frame::Base, Sensor> T_base_sensor = {};
-  bool upside_down = false;
+  Transform2<frame::Base, Sensor> T_base_sensor = {};  ///< of the upright sensor
+  bool upside_down = false;                            ///< bearings increase clockwise
 };
 /// Errors: not a unit quaternion; tilted from the level by more than `max_tilt_rad`.
 [[nodiscard]] Result<LevelMounting> level_mounting_of(const TransformParts& T_base_sensor,
@@ -90,6 +95,7 @@ struct LevelMounting {
 /// replaced by the shortest decimal number of degrees that rounds to it, if there is one of seven
 /// decimals. Errors: invalid bearings or limits, more beams than 360°.
 [[nodiscard]] Result<wayfare::LaserScan> laser_scan_of(const LaserScan& message, LogTime time);
+/// The message of a scan, without durations.
 [[nodiscard]] LaserScan message_of(const wayfare::LaserScan& scan, std::string_view frame);
 
 /// Fields x, y and z, and if present a radial speed (`velocity`, `doppler`, `v_doppler_mps`) and a
@@ -98,6 +104,7 @@ struct LevelMounting {
 [[nodiscard]] Result<wayfare::RadarScan> radar_scan_of(const PointCloud2& message, LogTime time);
 /// Errors: arrays whose length is not the message's width.
 [[nodiscard]] Result<wayfare::RadarScan> radar_scan_of(const RadarScan& message, LogTime time);
+/// The message of a frame of points.
 [[nodiscard]] RadarScan message_of(const wayfare::RadarScan& scan, std::string_view frame);
 /// The same as five 32-bit floats per point: x, y, z, intensity, velocity.
 [[nodiscard]] PointCloud2 cloud_of(const wayfare::RadarScan& scan, std::string_view frame);
@@ -115,16 +122,19 @@ struct LevelMounting {
 
 /// Microtesla; NaN is passed on.
 [[nodiscard]] Eigen::Vector3d field_uT_of(const MagneticField& message);
+/// The message of a field; NaN is passed on.
 [[nodiscard]] MagneticField magnetic_message_of(const Eigen::Vector3d& field_uT, LogTime time,
                                                 std::string_view frame);
 
 /// Errors: no fix, not a position on the Earth, variances that are not positive. An unknown
 /// covariance becomes the identity; one that is not positive definite is reduced to its variances.
 [[nodiscard]] Result<GnssFix> fix_of(const NavSatFix& message, LogTime time);
+/// The message of a fix, without its velocity.
 [[nodiscard]] NavSatFix message_of(const GnssFix& fix, std::string_view frame);
 
 /// Errors: an invalid position or orientation.
 [[nodiscard]] Result<OdometrySample> odometry_of(const Odometry& message, LogTime time);
+/// The message of an odometry pose; covariances are zero, not known.
 [[nodiscard]] Odometry message_of(const OdometrySample& sample, std::string_view odom_frame,
                                   std::string_view base_frame);
 

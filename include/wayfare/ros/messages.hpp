@@ -19,108 +19,115 @@ namespace wayfare::ros {
 /// the MD5 sum by which ROS 1 distinguishes versions (empty: only ever part of others) and the
 /// constants at the beginning of its definition.
 struct MessageType {
-  std::string_view name;
-  std::string_view md5 = {};
-  std::string_view constants = {};
+  std::string_view name;            ///< ROS 1 name
+  std::string_view md5 = {};        ///< hexadecimal
+  std::string_view constants = {};  ///< lines of the definition
 };
 
 /// Seconds and nanoseconds of the sender's clock; both zero if not set.
 struct Stamp {
-  std::int64_t sec = 0;  ///< 32 bits in the message: unsigned in ROS 1, signed in ROS 2
-  std::uint32_t nanosec = 0;
+  std::int64_t sec = 0;       ///< 32 bits in the message: unsigned in ROS 1, signed in ROS 2
+  std::uint32_t nanosec = 0;  ///< below 10⁹
 
-  friend bool operator==(const Stamp&, const Stamp&) = default;
+  friend bool operator==(const Stamp&, const Stamp&) = default;  ///< of both parts
 };
 
+/// Stamp and frame of a message.
 struct Header {
   static constexpr MessageType kType{"std_msgs/Header", "2176decaecbce78abc3b96ef049fabed"};
-  std::uint32_t seq = 0;  ///< ROS 1 only
-  Stamp stamp;
-  std::string frame_id = {};
-
+  std::uint32_t seq = 0;      ///< ROS 1 only
+  Stamp stamp;                ///< of the measurement
+  std::string frame_id = {};  ///< frame of the content
   static void fields(auto& m, auto& a) {
     a.ros1_only("seq", m.seq), a("stamp", m.stamp), a("frame_id", m.frame_id);
   }
 };
 
+/// A vector in the frame of its message.
 struct Vector3 {
   static constexpr MessageType kType{"geometry_msgs/Vector3"};
-  double x = 0.0, y = 0.0, z = 0.0;
-
+  double x = 0.0,  ///< along x
+      y = 0.0,     ///< along y
+      z = 0.0;     ///< along z
   static void fields(auto& m, auto& a) { a("x", m.x), a("y", m.y), a("z", m.z); }
 };
 
+/// A position, m.
 struct Point {
   static constexpr MessageType kType{"geometry_msgs/Point"};
-  double x = 0.0, y = 0.0, z = 0.0;
-
+  double x = 0.0,  ///< forward
+      y = 0.0,     ///< left
+      z = 0.0;     ///< up
   static void fields(auto& m, auto& a) { a("x", m.x), a("y", m.y), a("z", m.z); }
 };
 
+/// A rotation, a unit quaternion.
 struct Quaternion {
   static constexpr MessageType kType{"geometry_msgs/Quaternion"};
-  double x = 0.0, y = 0.0, z = 0.0, w = 0.0;
-
+  double x = 0.0,  ///< of i
+      y = 0.0,     ///< of j
+      z = 0.0,     ///< of k
+      w = 0.0;     ///< scalar part
   static void fields(auto& m, auto& a) { a("x", m.x), a("y", m.y), a("z", m.z), a("w", m.w); }
 };
 
+/// Position and orientation.
 struct Pose {
   static constexpr MessageType kType{"geometry_msgs/Pose"};
-  Point position;
-  Quaternion orientation;
-
+  Point position;          ///< m
+  Quaternion orientation;  ///< rotation
   static void fields(auto& m, auto& a) {
     a("position", m.position), a("orientation", m.orientation);
   }
 };
 
+/// A pose with its time, in the frame of the header.
 struct PoseStamped {
   static constexpr MessageType kType{"geometry_msgs/PoseStamped",
                                      "d3812c3cbc69362b77dc0b19b345f8f5"};
-  Header header;
-  Pose pose;
-
+  Header header;  ///< time, and frame of the pose
+  Pose pose;      ///< in that frame
   static void fields(auto& m, auto& a) { a("header", m.header), a("pose", m.pose); }
 };
 
 /// Covariance row by row of x, y, z and rotations about x, y, z.
 struct PoseWithCovariance {
   static constexpr MessageType kType{"geometry_msgs/PoseWithCovariance"};
-  Pose pose;
-  std::array<double, 36> covariance = {};
-
+  Pose pose;                               ///< mean
+  std::array<double, 36> covariance = {};  ///< m², m·rad, rad²
   static void fields(auto& m, auto& a) { a("pose", m.pose), a("covariance", m.covariance); }
 };
 
+/// The same with its covariance.
 struct PoseWithCovarianceStamped {
   static constexpr MessageType kType{"geometry_msgs/PoseWithCovarianceStamped",
                                      "953b798c0f514ff060a53a3498ce6246"};
-  Header header;
-  PoseWithCovariance pose;
-
+  Header header;            ///< time, and frame of the pose
+  PoseWithCovariance pose;  ///< in that frame
   static void fields(auto& m, auto& a) { a("header", m.header), a("pose", m.pose); }
 };
 
+/// Velocities, m/s and rad/s.
 struct Twist {
   static constexpr MessageType kType{"geometry_msgs/Twist"};
-  Vector3 linear, angular;
-
+  Vector3 linear,  ///< m/s
+      angular;     ///< rad/s
   static void fields(auto& m, auto& a) { a("linear", m.linear), a("angular", m.angular); }
 };
 
+/// Velocities with their covariance, as of PoseWithCovariance.
 struct TwistWithCovariance {
   static constexpr MessageType kType{"geometry_msgs/TwistWithCovariance"};
-  Twist twist;
-  std::array<double, 36> covariance = {};
-
+  Twist twist;                             ///< mean
+  std::array<double, 36> covariance = {};  ///< squares of m/s, rad/s
   static void fields(auto& m, auto& a) { a("twist", m.twist), a("covariance", m.covariance); }
 };
 
+/// A rigid transformation.
 struct TransformParts {
   static constexpr MessageType kType{"geometry_msgs/Transform"};
-  Vector3 translation;
-  Quaternion rotation;
-
+  Vector3 translation;  ///< m
+  Quaternion rotation;  ///< child to parent
   static void fields(auto& m, auto& a) {
     a("translation", m.translation), a("rotation", m.rotation);
   }
@@ -129,19 +136,18 @@ struct TransformParts {
 /// The pose of `child_frame_id` in `header.frame_id`.
 struct TransformStamped {
   static constexpr MessageType kType{"geometry_msgs/TransformStamped"};
-  Header header;
-  std::string child_frame_id = {};
-  TransformParts transform;
-
+  Header header;                    ///< time, and parent frame
+  std::string child_frame_id = {};  ///< child frame
+  TransformParts transform;         ///< pose of the child in the parent
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("child_frame_id", m.child_frame_id), a("transform", m.transform);
   }
 };
 
+/// Transforms of /tf and /tf_static.
 struct TfMessage {
   static constexpr MessageType kType{"tf2_msgs/TFMessage", "94810edda583a504dfda3829e70d7eec"};
-  std::vector<TransformStamped> transforms = {};
-
+  std::vector<TransformStamped> transforms = {};  ///< in any order
   static void fields(auto& m, auto& a) { a("transforms", m.transforms); }
 };
 
@@ -149,13 +155,16 @@ struct TfMessage {
 /// stamp.
 struct LaserScan {
   static constexpr MessageType kType{"sensor_msgs/LaserScan", "90c7ef2dc6895d81024acba2ac42f369"};
-  Header header;
-  float angle_min = 0.0F, angle_max = 0.0F, angle_increment = 0.0F;  ///< rad
-  float time_increment = 0.0F, scan_time = 0.0F;                     ///< s
-  float range_min = 0.0F, range_max = 0.0F;                          ///< m, both measurable
-  std::vector<float> ranges = {};
+  Header header;                        ///< time of the first beam, and frame of the laser
+  float angle_min = 0.0F,               ///< of the first beam, rad
+      angle_max = 0.0F,                 ///< of the last, rad
+      angle_increment = 0.0F;           ///< from beam to beam, rad
+  float time_increment = 0.0F,          ///< from beam to beam, s
+      scan_time = 0.0F;                 ///< from scan to scan, s
+  float range_min = 0.0F,               ///< smallest measurable, m
+      range_max = 0.0F;                 ///< largest measurable, m
+  std::vector<float> ranges = {};       ///< m, one for each beam
   std::vector<float> intensities = {};  ///< as many as ranges, or empty
-
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("angle_min", m.angle_min), a("angle_max", m.angle_max);
     a("angle_increment", m.angle_increment), a("time_increment", m.time_increment);
@@ -164,32 +173,34 @@ struct LaserScan {
   }
 };
 
+/// A channel of a point cloud.
 struct PointField {
   static constexpr MessageType kType{
       "sensor_msgs/PointField",
       {},
       "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\n"
       "uint8 UINT32=6\nuint8 FLOAT32=7\nuint8 FLOAT64=8\n"};
-  std::string name = {};
+  std::string name = {};      ///< such as x, y, z, intensity
   std::uint32_t offset = 0;   ///< bytes from the start of the point
   std::uint8_t datatype = 0;  ///< one of the constants above
-  std::uint32_t count = 0;
-
+  std::uint32_t count = 0;    ///< numbers in the channel
   static void fields(auto& m, auto& a) {
     a("name", m.name), a("offset", m.offset), a("datatype", m.datatype), a("count", m.count);
   }
 };
 
+/// Points as bytes, row by row.
 struct PointCloud2 {
   static constexpr MessageType kType{"sensor_msgs/PointCloud2", "1158d486dd51d683ce2f1be655c3c181"};
-  Header header;
-  std::uint32_t height = 0, width = 0;
+  Header header;                                 ///< time and frame of the points
+  std::uint32_t height = 0,                      ///< rows
+      width = 0;                                 ///< points of a row
   std::vector<PointField> fields_of_point = {};  ///< `fields` in the definition
-  bool is_bigendian = false;
-  std::uint32_t point_step = 0, row_step = 0;  ///< bytes
-  std::vector<std::uint8_t> data = {};
-  bool is_dense = false;
-
+  bool is_bigendian = false;                     ///< byte order of `data`
+  std::uint32_t point_step = 0,                  ///< bytes of a point
+      row_step = 0;                              ///< bytes of a row
+  std::vector<std::uint8_t> data = {};           ///< rows of points
+  bool is_dense = false;                         ///< all points are finite
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("height", m.height), a("width", m.width);
     a("fields", m.fields_of_point), a("is_bigendian", m.is_bigendian);
@@ -201,14 +212,13 @@ struct PointCloud2 {
 /// A covariance whose first element is -1 marks a quantity that is not measured.
 struct Imu {
   static constexpr MessageType kType{"sensor_msgs/Imu", "6a62c6daae103f4ff57a132d6f95cec2"};
-  Header header;
-  Quaternion orientation;
-  std::array<double, 9> orientation_covariance = {};
-  Vector3 angular_velocity;  ///< rad/s
-  std::array<double, 9> angular_velocity_covariance = {};
-  Vector3 linear_acceleration;  ///< specific force, m/s²
-  std::array<double, 9> linear_acceleration_covariance = {};
-
+  Header header;                                              ///< time, and axes of the unit
+  Quaternion orientation;                                     ///< unit to world
+  std::array<double, 9> orientation_covariance = {};          ///< rad², row by row
+  Vector3 angular_velocity;                                   ///< rad/s
+  std::array<double, 9> angular_velocity_covariance = {};     ///< (rad/s)², row by row
+  Vector3 linear_acceleration;                                ///< specific force, m/s²
+  std::array<double, 9> linear_acceleration_covariance = {};  ///< (m/s²)², row by row
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("orientation", m.orientation);
     a("orientation_covariance", m.orientation_covariance);
@@ -219,19 +229,20 @@ struct Imu {
   }
 };
 
+/// A magnetic field in the axes of the sensor.
 struct MagneticField {
   static constexpr MessageType kType{"sensor_msgs/MagneticField",
                                      "2f3b0b43eed0c9501de0fa3ff89a45aa"};
-  Header header;
-  Vector3 magnetic_field;  ///< tesla; NaN if not measured
-  std::array<double, 9> magnetic_field_covariance = {};
-
+  Header header;                                         ///< time, and axes of the sensor
+  Vector3 magnetic_field;                                ///< tesla; NaN if not measured
+  std::array<double, 9> magnetic_field_covariance = {};  ///< T², row by row
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("magnetic_field", m.magnetic_field);
     a("magnetic_field_covariance", m.magnetic_field_covariance);
   }
 };
 
+/// State of a satellite receiver.
 struct NavSatStatus {
   static constexpr MessageType kType{
       "sensor_msgs/NavSatStatus",
@@ -239,24 +250,24 @@ struct NavSatStatus {
       "int8 STATUS_NO_FIX=-1\nint8 STATUS_FIX=0\nint8 STATUS_SBAS_FIX=1\nint8 STATUS_GBAS_FIX=2\n"
       "uint16 SERVICE_GPS=1\nuint16 SERVICE_GLONASS=2\nuint16 SERVICE_COMPASS=4\n"
       "uint16 SERVICE_GALILEO=8\n"};
-  std::int8_t status = 0;
-  std::uint16_t service = 0;
-
+  std::int8_t status = 0;     ///< one of STATUS_…
+  std::uint16_t service = 0;  ///< sum of SERVICE_…
   static void fields(auto& m, auto& a) { a("status", m.status), a("service", m.service); }
 };
 
+/// A position by satellites.
 struct NavSatFix {
   static constexpr MessageType kType{
       "sensor_msgs/NavSatFix", "2d3a8cd499b9b4a0249fb98fd05cfa48",
       "uint8 COVARIANCE_TYPE_UNKNOWN=0\nuint8 COVARIANCE_TYPE_APPROXIMATED=1\n"
       "uint8 COVARIANCE_TYPE_DIAGONAL_KNOWN=2\nuint8 COVARIANCE_TYPE_KNOWN=3\n"};
-  Header header;
-  NavSatStatus status;
-  double latitude = 0.0, longitude = 0.0;          ///< degrees
+  Header header;                                   ///< time, and frame of the antenna
+  NavSatStatus status;                             ///< kind of fix
+  double latitude = 0.0,                           ///< degrees north
+      longitude = 0.0;                             ///< degrees east
   double altitude = 0.0;                           ///< m above the ellipsoid
   std::array<double, 9> position_covariance = {};  ///< east, north, up; m²
   std::uint8_t position_covariance_type = 0;       ///< one of the constants above
-
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("status", m.status), a("latitude", m.latitude);
     a("longitude", m.longitude), a("altitude", m.altitude);
@@ -268,32 +279,32 @@ struct NavSatFix {
 /// Pose of `child_frame_id` in `header.frame_id`; the twist is in the child's own axes.
 struct Odometry {
   static constexpr MessageType kType{"nav_msgs/Odometry", "cd5e73d190d741a2f92e81eda573aca7"};
-  Header header;
-  std::string child_frame_id = {};
-  PoseWithCovariance pose;
-  TwistWithCovariance twist;
-
+  Header header;                    ///< time, and frame of the pose
+  std::string child_frame_id = {};  ///< frame of the robot
+  PoseWithCovariance pose;          ///< of the robot
+  TwistWithCovariance twist;        ///< of the robot
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("child_frame_id", m.child_frame_id);
     a("pose", m.pose), a("twist", m.twist);
   }
 };
 
+/// Poses in order of time.
 struct Path {
   static constexpr MessageType kType{"nav_msgs/Path", "6227e2b7e9cce15051f669a5e197bbf7"};
-  Header header;
-  std::vector<PoseStamped> poses = {};
-
+  Header header;                        ///< time, and frame of the poses
+  std::vector<PoseStamped> poses = {};  ///< each with its own time
   static void fields(auto& m, auto& a) { a("header", m.header), a("poses", m.poses); }
 };
 
+/// Geometry of a map.
 struct MapMetaData {
   static constexpr MessageType kType{"nav_msgs/MapMetaData"};
-  Stamp map_load_time;
+  Stamp map_load_time;      ///< time at which the map was made
   float resolution = 0.0F;  ///< m per cell
-  std::uint32_t width = 0, height = 0;
-  Pose origin;  ///< of the corner of cell (0, 0)
-
+  std::uint32_t width = 0,  ///< cells along x
+      height = 0;           ///< cells along y
+  Pose origin;              ///< of the corner of cell (0, 0)
   static void fields(auto& m, auto& a) {
     a("map_load_time", m.map_load_time), a("resolution", m.resolution), a("width", m.width);
     a("height", m.height), a("origin", m.origin);
@@ -303,10 +314,9 @@ struct MapMetaData {
 /// Rows of cells from the origin along x; 0 to 100 percent occupied, -1 unknown.
 struct OccupancyGrid {
   static constexpr MessageType kType{"nav_msgs/OccupancyGrid", "3381f2d731d4076ec5c71b0759edbe4e"};
-  Header header;
-  MapMetaData info;
-  std::vector<std::int8_t> data = {};
-
+  Header header;                       ///< time, and frame of the map
+  MapMetaData info;                    ///< geometry
+  std::vector<std::int8_t> data = {};  ///< row by row, `width` × `height`
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("info", m.info), a("data", m.data);
   }
@@ -315,12 +325,13 @@ struct OccupancyGrid {
 /// The points of a radar frame as arrays of `width` elements, in the radar's own axes.
 struct RadarScan {
   static constexpr MessageType kType{"wayfare_msgs/RadarScan", "feb82c38b1eb345f1337780005e9cec0"};
-  Header header;
-  std::uint32_t width = 0;
-  std::vector<float> x = {}, y = {}, z = {};  ///< m
-  std::vector<float> intensities = {};        ///< dB over the noise
-  std::vector<float> velocities = {};         ///< m/s along the beam, positive away
-
+  Header header;                        ///< time, and frame of the radar
+  std::uint32_t width = 0;              ///< number of points
+  std::vector<float> x = {},            ///< forward, m
+      y = {},                           ///< left, m
+      z = {};                           ///< up, m
+  std::vector<float> intensities = {};  ///< dB over the noise
+  std::vector<float> velocities = {};   ///< m/s along the beam, positive away
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("width", m.width), a("x", m.x), a("y", m.y), a("z", m.z);
     a("intensities", m.intensities), a("velocities", m.velocities);

@@ -12,6 +12,7 @@
 
 namespace wayfare::ros {
 
+/// Name, MD5 sum and definition of a message type, as ROS 1 negotiates them.
 template <Message M>
 [[nodiscard]] TopicType topic_type() {
   return {std::string(M::kType.name), std::string(M::kType.md5), definition<M>(Dialect::ros1)};
@@ -21,18 +22,23 @@ template <Message M>
 template <Message M>
 class Publisher {
  public:
+  /// Of an advertised topic.
   explicit Publisher(RawPublisher raw) : raw_(std::move(raw)) {}
+  /// Serialises and sends a message.
   void publish(const M& message) { raw_.publish(to_ros1(message)); }
+  /// Number of nodes connected.
   [[nodiscard]] std::size_t subscribers() const { return raw_.subscribers(); }
 
  private:
   RawPublisher raw_;
 };
 
+/// A ROS 1 node.
 class Node : public RawNode {
  public:
   using RawNode::RawNode;
 
+  /// Advertises a topic.
   template <Message M>
   [[nodiscard]] Publisher<M> publisher(const std::string& topic) {
     return Publisher<M>(advertise(topic, topic_type<M>(), false));

@@ -26,23 +26,29 @@
 
 namespace wayfare::ros {
 
+/// Dead reckoning and frames of a PedestrianNode.
 struct PedestrianNodeOptions {
-  PedestrianParameters pedestrian{};
-  std::string odom_frame = "odom", base_frame = "base_link";
+  PedestrianParameters pedestrian{};  ///< detection, lengths and attitude
+  std::string odom_frame = "odom",    ///< of the odometry
+      base_frame = "base_link";       ///< of the unit's carrier
   double jump_back_s = 1.0;  ///< samples this much earlier than the last restart the reckoning
 };
 
+/// Messages to publish.
 struct PedestrianNodeOutput {
   std::vector<Odometry> odometry;  ///< one per step, with covariance
-  std::vector<Notice> notices;
+  std::vector<Notice> notices;     ///< for the log
 };
 
 /// `now_s` is of a monotonic clock. Not thread-safe.
 class PedestrianNode {
  public:
+  /// Without samples.
   explicit PedestrianNode(PedestrianNodeOptions options = {});
 
+  /// Rates and forces of the unit.
   [[nodiscard]] PedestrianNodeOutput add(const Imu& message, double now_s);
+  /// Its field.
   [[nodiscard]] PedestrianNodeOutput add(const MagneticField& message, double now_s);
   /// Call it a few times per second: reports missing input.
   [[nodiscard]] PedestrianNodeOutput idle(double now_s);
@@ -64,12 +70,15 @@ class PedestrianNode {
                                         const std::string& odom_frame,
                                         const std::string& base_frame);
 
+/// SLAM, frames, mounting and waiting of a SlamNode.
 struct SlamNodeOptions {
-  SlamSensors sensors = SlamSensors::lidar;
-  SubmapSlamOptions slam{};    ///< for laser scans alone
-  OccupancyGridOptions map{};  ///< the same; the particle filter has its own cells
-  RadarSlamOptions filter{};   ///< with radar
-  std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
+  SlamSensors sensors = SlamSensors::lidar;  ///< the scans used
+  SubmapSlamOptions slam{};                  ///< for laser scans alone
+  OccupancyGridOptions map{};                ///< the same; the particle filter has its own cells
+  RadarSlamOptions filter{};                 ///< with radar
+  std::string map_frame = "map",             ///< of poses and map
+      odom_frame = "odom",                   ///< of the odometry
+      base_frame = "base_link";              ///< of the robot
   /// False, for laser scans alone: without odometry; the node publishes `odom` -> `base_link` from
   /// scan matching and, with `imu`, the gyroscope.
   bool odometry = true;
@@ -77,7 +86,7 @@ struct SlamNodeOptions {
       false;  ///< without odometry: heading changes from the inertial unit, its z axis upward
   /// Mounting of the sensors; if empty, from transforms.
   std::optional<Transform2<frame::Base, frame::Laser>> T_base_laser{};
-  std::optional<Transform2<frame::Base, frame::Radar>> T_base_radar{};
+  std::optional<Transform2<frame::Base, frame::Radar>> T_base_radar{};  ///< the same of the radar
 
   // Seconds by the caller's clock.
   double patience_s = 2.0;    ///< longest wait of a scan for other data of its time
@@ -97,22 +106,28 @@ struct SlamNodeOptions {
 struct SlamNodeOutput {
   std::vector<TransformStamped> transforms;  ///< on /tf
   std::vector<PoseStamped> poses;            ///< of the robot in the map
-  std::optional<Path> path;
-  std::optional<OccupancyGrid> map;
-  std::vector<Notice> notices;
+  std::optional<Path> path;                  ///< all poses, with each map
+  std::optional<OccupancyGrid> map;          ///< every `map_period_s`
+  std::vector<Notice> notices;               ///< for the log
 };
 
 /// `now_s` is of a monotonic clock with any origin. Not thread-safe.
 class SlamNode {
  public:
+  /// Without scans.
   explicit SlamNode(SlamNodeOptions options = {});
 
+  /// A scan of a laser, queued until its odometry is there.
   void add(const LaserScan& message, double now_s);
   /// Of a radar's two message types the first received is used.
   void add(const RadarScan& message, double now_s);
+  /// A frame of a radar, as the first received type of message.
   void add(const PointCloud2& message, double now_s);
+  /// Ignored where SlamNodeOptions::odometry is false.
   void add(const Odometry& message, double now_s);
+  /// Used with SlamNodeOptions::imu.
   void add(const Imu& message, double now_s);
+  /// Mountings, from /tf and /tf_static.
   void add(const TfMessage& message);
 
   /// Processes one scan, if possible. Call it after every message, and a few times per second

@@ -28,17 +28,18 @@
 
 namespace wayfare::ros {
 
+/// A topic of a recording.
 struct Topic {
-  std::string name;
-  std::string type;  ///< ROS 1 name: sensor_msgs/Imu
-  Dialect dialect = Dialect::ros1;
+  std::string name;                 ///< such as /scan
+  std::string type;                 ///< ROS 1 name: sensor_msgs/Imu
+  Dialect dialect = Dialect::ros1;  ///< serialisation of its messages
 };
 
 /// A message as stored in the file; valid until the callable returns.
 struct RecordedMessage {
-  const Topic& topic;
-  LogTime received;
-  std::string_view data;
+  const Topic& topic;     ///< its topic
+  LogTime received;       ///< time of receipt
+  std::string_view data;  ///< serialised message
 };
 
 /// A file opened for reading.
@@ -50,8 +51,11 @@ class RecordingFile {
   /// Errors: unreadable, or neither.
   [[nodiscard]] static Result<RecordingFile> open(const std::string& path);
 
+  /// As given to open().
   [[nodiscard]] const std::string& path() const { return path_; }
+  /// Of ROS messages, with messages or without.
   [[nodiscard]] const std::vector<Topic>& topics() const { return topics_; }
+  /// Faults of the file found when it was opened.
   [[nodiscard]] const io::Problems& problems() const { return problems_; }
 
   /// The messages of `topics` as stored in the file, until `sink` returns false.
@@ -67,7 +71,10 @@ class RecordingFile {
 };
 
 /// Source of a measurement's time: the sender's stamp, or the time of receipt.
-enum class StampSource { header, received };
+enum class StampSource {
+  header,    ///< of the message's header
+  received,  ///< of the file
+};
 
 /// An empty topic stands for the only one of its type.
 struct TopicNames {
@@ -83,7 +90,7 @@ struct TopicNames {
   std::string magnetometer;  ///< sensor_msgs/MagneticField
   std::string fix;           ///< sensor_msgs/NavSatFix
   std::string base_frame;    ///< the robot's; empty: the odometry's child, else base_link
-  StampSource stamps = StampSource::header;
+  StampSource stamps = StampSource::header;  ///< whose time measurements get
   /// Streams whose stamps differ by more than this, relative to the times of receipt, are on
   /// different clocks.
   Duration clock_tolerance = from_seconds(1.0);
@@ -93,10 +100,14 @@ struct TopicNames {
 /// robot's z axis, true poses, and the mounting of laser and radar by the transforms. Without a
 /// topic of odometry, the transforms from `odom` are used instead.
 struct RobotRun {
-  Recording recording;
+  Recording recording;  ///< all streams, in order of time
   /// Empty if there is none.
-  std::string scan_topic, odometry_topic, radar_topic, imu_topic, truth_topic;
-  io::Problems problems;
+  std::string scan_topic,  ///< of the scans
+      odometry_topic,      ///< of the odometry; or empty
+      radar_topic,         ///< of the radar
+      imu_topic,           ///< of the unit
+      truth_topic;         ///< of the truth
+  io::Problems problems;   ///< messages that were left out
 };
 /// Errors: neither scans nor radar; a named topic that is missing, or several of a type with none
 /// named; a topic without a usable message (with the first one's error); streams on different
@@ -106,26 +117,29 @@ struct RobotRun {
 
 /// True poses alone; none if there is no topic of them and none is named. Errors as above.
 struct TruthRun {
-  Trajectory truth;  ///< one pose per time
-  std::string topic;
-  io::Problems problems;
+  Trajectory truth;       ///< one pose per time
+  std::string topic;      ///< of the poses, or empty
+  io::Problems problems;  ///< messages that were left out
 };
+/// True poses of a recording.
 [[nodiscard]] Result<TruthRun> read_truth(const RecordingFile& file, const TopicNames& names = {});
 
+/// Samples of an inertial unit and its mounting.
 struct MargRun {
   MargRecording samples;  ///< in order of time; a magnetometer's own samples are separate entries
-  std::string topic;
+  std::string topic;      ///< of the unit
   /// Rotates the unit's axes to the robot's; nothing without a transform.
   std::optional<SO3d> q_base_unit{};
-  io::Problems problems;
+  io::Problems problems;  ///< messages that were left out
 };
 /// An inertial unit, with a magnetometer if there is one. Errors as above.
 [[nodiscard]] Result<MargRun> read_marg(const RecordingFile& file, const TopicNames& names = {});
 
+/// Measurements of a vehicle.
 struct VehicleRun {
-  std::vector<ImuSample> imu;
-  std::vector<GnssFix> fixes;
-  io::Problems problems;
+  std::vector<ImuSample> imu;  ///< in order of time
+  std::vector<GnssFix> fixes;  ///< in order of time
+  io::Problems problems;       ///< messages that were left out
 };
 /// An inertial unit and a satellite receiver's fixes. Errors as above.
 [[nodiscard]] Result<VehicleRun> read_vehicle(const RecordingFile& file,
@@ -135,10 +149,12 @@ struct VehicleRun {
 /// Errors: also a recording without any.
 [[nodiscard]] Result<io::ImuFile> read_imu(const std::string& path, const io::ColumnFormat& format,
                                            const TopicNames& names = {});
+/// Fixes of a ROS recording, or of columns of text.
 [[nodiscard]] Result<io::FixFile> read_fixes(const std::string& path,
                                              const io::ColumnFormat& format,
                                              const TopicNames& names = {});
 
+/// Writes messages of messages.hpp to a file.
 class RecordingWriter {
  public:
   /// The format follows the name: `.mcap` or `.bag`. Errors: another suffix; the file exists (see
@@ -174,14 +190,23 @@ class RecordingWriter {
 /// An inertial unit recorded with a robot.
 struct UnitRun {
   std::span<const MargSample> samples = {};  ///< in order of time
-  SE2d T_base_unit = {};
+  SE2d T_base_unit = {};                     ///< mounting; the gyro is about its z axis
 };
 
+/// Names of topics and frames that write_robot uses.
 struct RobotTopics {
-  std::string scan = "/scan", odometry = "/odom", radar = "/radar", imu = "/imu";
-  std::string truth = "/truth", magnetometer = "/magnetic_field";
-  std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
-  std::string laser_frame = "laser", radar_frame = "radar", imu_frame = "imu";
+  std::string scan = "/scan",            ///< scans
+      odometry = "/odom",                ///< poses and /tf
+      radar = "/radar",                  ///< radar frames
+      imu = "/imu";                      ///< gyro or unit
+  std::string truth = "/truth",          ///< true poses
+      magnetometer = "/magnetic_field";  ///< field of a unit
+  std::string map_frame = "map",         ///< of the truth
+      odom_frame = "odom",               ///< of the odometry
+      base_frame = "base_link";          ///< of the robot
+  std::string laser_frame = "laser",     ///< of the scans
+      radar_frame = "radar",             ///< of the radar
+      imu_frame = "imu";                 ///< of the unit
 };
 
 /// Writes, in order of time: scans, odometry (with its transforms on /tf), radar frames (as

@@ -18,8 +18,16 @@ concept Message = requires {
   M::kType.md5;
 };
 
-enum class Dialect { ros1, ros2 };
-enum class ByteOrder { little, big };
+/// Serialisation of messages: packed as in ROS 1, or CDR as in ROS 2.
+enum class Dialect {
+  ros1,  ///< packed, little endian
+  ros2,  ///< CDR
+};
+/// Of the numbers in a CDR message.
+enum class ByteOrder {
+  little,  ///< least significant byte first
+  big,     ///< most significant byte first
+};
 
 /// With the four leading bytes that give the encoding.
 template <Message M>
@@ -29,16 +37,19 @@ template <Message M>
 template <Message M>
 [[nodiscard]] Result<M> from_cdr(std::string_view bytes);
 
+/// Packed, little endian.
 template <Message M>
 [[nodiscard]] std::string to_ros1(const M& message);
 /// Errors: fewer or more bytes than the message needs.
 template <Message M>
 [[nodiscard]] Result<M> from_ros1(std::string_view bytes);
 
+/// Serialised as `dialect` has it, CDR little endian.
 template <Message M>
 [[nodiscard]] std::string to_bytes(const M& message, Dialect dialect) {
   return dialect == Dialect::ros1 ? to_ros1(message) : to_cdr(message);
 }
+/// The inverse of to_bytes. Errors: those of from_cdr or from_ros1.
 template <Message M>
 [[nodiscard]] Result<M> from_bytes(std::string_view bytes, Dialect dialect) {
   return dialect == Dialect::ros1 ? from_ros1<M>(bytes) : from_cdr<M>(bytes);
@@ -52,6 +63,7 @@ template <Message M>
 /// `sensor_msgs/Imu` in the notation of ROS 2: `sensor_msgs/msg/Imu`; and back. Other names are
 /// kept.
 [[nodiscard]] std::string ros2_name(std::string_view ros1_name);
+/// The inverse of ros2_name.
 [[nodiscard]] std::string ros1_name(std::string_view ros2_name);
 
 }  // namespace wayfare::ros

@@ -20,23 +20,31 @@ namespace wayfare {
 /// point; `size()` does not count the padding. Empty once it was moved from.
 class PointSet {
  public:
-  static constexpr std::size_t kLanes = 16;
+  static constexpr std::size_t kLanes = 16;  ///< floats of the widest vector
 
   PointSet() = default;
 
+  /// Number of points, without the padding.
   [[nodiscard]] std::size_t size() const { return size_; }
+  /// Whether it has no points.
   [[nodiscard]] bool empty() const { return size_ == 0; }
+  /// The first coordinates, size() of them.
   [[nodiscard]] std::span<const float> x_m() const { return {x_.data(), size_}; }
+  /// The second coordinates, size() of them.
   [[nodiscard]] std::span<const float> y_m() const { return {y_.data(), size_}; }
   /// Including the padding; a multiple of kLanes long.
   [[nodiscard]] std::span<const float> padded_x_m() const { return x_; }
+  /// Including the padding; a multiple of kLanes long.
   [[nodiscard]] std::span<const float> padded_y_m() const { return y_; }
+  /// Point i < size().
   [[nodiscard]] Eigen::Vector2f operator[](std::size_t i) const { return {x_[i], y_[i]}; }
 
+  /// Memory for `n` points.
   void reserve(std::size_t n) {
     x_.reserve(n + kLanes);
     y_.reserve(n + kLanes);
   }
+  /// Appends a point and renews the padding.
   void push_back(const Eigen::Vector2f& p) {
     x_.resize(size_);
     y_.resize(size_);

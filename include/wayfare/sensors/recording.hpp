@@ -1,5 +1,7 @@
 #pragma once
 
+// A robot's recorded run, and thinning of its scans.
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -15,18 +17,18 @@ namespace wayfare {
 /// A robot's recorded run in memory, independent of the file format. Each stream is in order of
 /// time and may be empty.
 struct Recording {
-  Transform2<frame::Base, frame::Laser> T_base_laser = {};
-  std::vector<LaserScan> scans = {};
-  std::vector<OdometrySample> odometry = {};
+  Transform2<frame::Base, frame::Laser> T_base_laser = {};  ///< mounting of the laser
+  std::vector<LaserScan> scans = {};                        ///< of the laser
+  std::vector<OdometrySample> odometry = {};                ///< poses by dead reckoning
 
-  Transform2<frame::Base, frame::Radar> T_base_radar = {};
+  Transform2<frame::Base, frame::Radar> T_base_radar = {};  ///< mounting of the radar
   /// Radial speeds wrap beyond ± this; 0: unknown.
   double radar_max_speed_m_s = 0.0;
-  std::vector<RadarScan> radar = {};
-  double wheel_base_m = 0.0;  ///< distance between the wheels; 0: unknown
-  std::vector<WheelSample> wheels = {};
-  std::vector<GyroSample> gyro = {};
-  Trajectory truth = {};  ///< ground truth, e.g. of a simulator
+  std::vector<RadarScan> radar = {};     ///< frames of the radar
+  double wheel_base_m = 0.0;             ///< distance between the wheels; 0: unknown
+  std::vector<WheelSample> wheels = {};  ///< distances of the wheels
+  std::vector<GyroSample> gyro = {};     ///< mean turn rates
+  Trajectory truth = {};                 ///< ground truth, e.g. of a simulator
 };
 
 /// A recording as a lesser sensor would have made it. 0 scans or beams count as 1.
@@ -37,6 +39,7 @@ struct Thinning {
   double field_of_view_deg = 0.0;  ///< of the beams kept, symmetric about ahead; 0: all
 };
 
+/// Thins one scan, whatever Thinning::every.
 inline void thin(LaserScan& scan, const Thinning& t) {
   const std::size_t every_beam = std::max<std::size_t>(t.beams, 1);
   const double half = Angle::degrees(0.5 * t.field_of_view_deg).radians();

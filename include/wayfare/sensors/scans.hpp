@@ -1,5 +1,7 @@
 #pragma once
 
+// Scans of lasers and radars, and levelled scans of a swaying laser.
+
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -18,26 +20,31 @@ namespace wayfare {
 /// One sweep of a planar range finder. Beam i points along `first_bearing + i * bearing_step` in
 /// the laser's frame (counter-clockwise positive, 0 along x).
 struct LaserScan {
-  LogTime time;
-  Angle first_bearing;
-  Angle bearing_step;
+  LogTime time;         ///< of the first beam
+  Angle first_bearing;  ///< of beam 0
+  Angle bearing_step;   ///< from beam to beam
   /// A range outside [min_range_m, max_range_m), or NaN, is a beam that did not return.
   float min_range_m = 0.0F;
+  /// Beams at this range or beyond did not return.
   float max_range_m = 0.0F;
-  std::vector<float> ranges_m;
+  std::vector<float> ranges_m;  ///< one for each beam
 
+  /// Whether the beam has a range within the limits.
   [[nodiscard]] bool returned(std::size_t beam) const {
     const float r = ranges_m[beam];
     return r >= min_range_m && r < max_range_m;  // false for NaN
   }
+  /// Direction of a beam in the laser's frame.
   [[nodiscard]] Angle bearing(std::size_t beam) const {
     return first_bearing + bearing_step * static_cast<double>(beam);
   }
 };
 
+/// Heights and beams of level_scan.
 struct LevelScanOptions {
   /// Lower and higher points, m above the sensor, are floor and ceiling and are dropped.
-  double lowest_m = -1.2, highest_m = 0.8;
+  double lowest_m = -1.2,  ///< m above the sensor
+      highest_m = 0.8;     ///< m above the sensor
   /// Beams of the level scan over a full circle, from 1 to 10⁶; more represent the bearings more
   /// precisely.
   std::size_t beams = 3600;
@@ -77,20 +84,21 @@ struct LevelScanOptions {
 /// A reflection a millimetre-wave radar detected, in the radar's own frame: x forward, y left,
 /// z up, metres.
 struct RadarPoint {
-  float x_m = 0.0F;
-  float y_m = 0.0F;
+  float x_m = 0.0F;          ///< forward
+  float y_m = 0.0F;          ///< left
   float z_m = 0.0F;          ///< 0 where the radar does not measure elevation
   float doppler_m_s = 0.0F;  ///< radial speed, positive away from the radar
   float snr_db = 0.0F;       ///< signal over the noise of its range and Doppler cell
 
+  /// Whether all values are equal.
   friend bool operator==(const RadarPoint&, const RadarPoint&) = default;
 };
 
 /// The detections of one radar frame; often none. Unlike a laser beam without a return, a direction
 /// without a point carries no information about free space.
 struct RadarScan {
-  LogTime time;
-  std::vector<RadarPoint> points = {};
+  LogTime time;                         ///< of the frame
+  std::vector<RadarPoint> points = {};  ///< in any order
 };
 
 }  // namespace wayfare

@@ -1,5 +1,7 @@
 #pragma once
 
+// Trajectories of robots and vehicles, and their poses at any time.
+
 #include <algorithm>
 #include <cstddef>
 #include <optional>
@@ -19,27 +21,27 @@ namespace wayfare {
 /// Position, velocity and attitude of a vehicle, estimated or reference. `q_nb` rotates body
 /// (forward-right-down) to local level (north-east-down).
 struct NavState {
-  LogTime time;
-  Geodetic position;
-  Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
-  SO3d q_nb;
+  LogTime time;                                                ///< of the state
+  Geodetic position;                                           ///< WGS-84
+  Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();  ///< m/s over the Earth
+  SO3d q_nb;                                                   ///< body to local level
 };
 
-using NavTrajectory = std::vector<NavState>;
+using NavTrajectory = std::vector<NavState>;  ///< in order of time
 
 /// The robot's pose by dead reckoning.
 struct OdometrySample {
-  LogTime time;
-  Transform2<frame::Odom, frame::Base> T_odom_base;
+  LogTime time;                                      ///< of the sample
+  Transform2<frame::Odom, frame::Base> T_odom_base;  ///< continuous, drifting
 };
 
 /// A time-stamped pose of an estimated or reference trajectory.
 struct StampedPose {
-  LogTime time;
-  Transform2<frame::Map, frame::Base> T_map_base;
+  LogTime time;                                    ///< of the pose
+  Transform2<frame::Map, frame::Base> T_map_base;  ///< of the robot
 };
 
-using Trajectory = std::vector<StampedPose>;
+using Trajectory = std::vector<StampedPose>;  ///< in order of time
 
 /// Limits of interpolation in a trajectory.
 struct GapLimit {

@@ -23,18 +23,19 @@ namespace wayfare::sim {
 
 /// A straight piece of wall, metres in the plan's frame (x right, y up).
 struct Segment {
-  Eigen::Vector2d a_m = Eigen::Vector2d::Zero();
-  Eigen::Vector2d b_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d a_m = Eigen::Vector2d::Zero();  ///< one end
+  Eigen::Vector2d b_m = Eigen::Vector2d::Zero();  ///< other end
 };
 
 /// Walls as an image: square cells, row-major, the first row on top (largest y). The origin of the
 /// plan is the lower left corner of the image.
 struct CellMask {
-  int width = 0;
-  int height = 0;
-  double cell_m = 0.0;
+  int width = 0;                    ///< columns
+  int height = 0;                   ///< rows
+  double cell_m = 0.0;              ///< side of a cell
   std::vector<std::uint8_t> solid;  ///< width * height values, nonzero for wall
 
+  /// Of a cell in `solid`; row 0 is the top one.
   [[nodiscard]] std::size_t index(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
            static_cast<std::size_t>(column);
@@ -57,8 +58,11 @@ class FloorPlan {
   /// that do not agree.
   [[nodiscard]] static Result<FloorPlan> from_cells(const CellMask& mask);
 
+  /// All walls.
   [[nodiscard]] std::span<const Segment> segments() const { return segments_; }
+  /// Smallest x and y of the walls, m.
   [[nodiscard]] const Eigen::Vector2d& lower_corner_m() const { return lower_m_; }
+  /// Largest x and y of the walls, m.
   [[nodiscard]] const Eigen::Vector2d& upper_corner_m() const { return upper_m_; }
 
   /// Metres from `origin_m` along the unit vector `direction` to the first wall; infinity if there
@@ -103,7 +107,7 @@ class FloorPlan {
 
 /// A plan and the waypoints of a robot in it, metres.
 struct PlannedRoute {
-  FloorPlan plan;
+  FloorPlan plan;                        ///< walls
   std::vector<Eigen::Vector2d> route_m;  ///< empty if the text has no route
 };
 
@@ -132,12 +136,12 @@ struct PlannedRoute {
 
 /// A planar range finder. The default resembles a SICK LMS: 180 beams over 180°.
 struct Lidar2dParams {
-  std::size_t beams = 180;
-  Angle first_bearing = Angle::degrees(-90.0);
-  Angle bearing_step = Angle::degrees(1.0);
-  double min_range_m = 0.05;
-  double max_range_m = 30.0;
-  double range_noise_m = 0.01;   ///< standard deviation, the same at every distance
+  std::size_t beams = 180;                      ///< of a scan
+  Angle first_bearing = Angle::degrees(-90.0);  ///< of beam 0
+  Angle bearing_step = Angle::degrees(1.0);     ///< from beam to beam
+  double min_range_m = 0.05;                    ///< nearer walls give no return
+  double max_range_m = 30.0;                    ///< farther walls give no return
+  double range_noise_m = 0.01;                  ///< standard deviation, the same at every distance
   double resolution_m = 0.001;   ///< ranges are rounded to multiples of it; 0: not rounded
   double missed_return = 0.002;  ///< probability of no return from a wall
   Duration sweep{0};             ///< time from the first beam to the last

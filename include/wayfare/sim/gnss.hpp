@@ -22,30 +22,31 @@ namespace wayfare::sim {
 
 /// A satellite at one instant, in the Earth-fixed axes of that instant.
 struct SatelliteMotion {
-  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
-  double clock_bias_s = 0.0;  ///< advance of its clock
-  double clock_drift = 0.0;   ///< s/s
+  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();    ///< m
+  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();  ///< m/s
+  double clock_bias_s = 0.0;                                    ///< advance of its clock
+  double clock_drift = 0.0;                                     ///< s/s
 };
 
 /// Satellites and their motion; nothing for one that is unknown at that time.
 struct Constellation {
-  std::vector<SatelliteId> satellites;
-  std::function<std::optional<SatelliteMotion>(SatelliteId, Time<GpsClock>)> motion;
+  std::vector<SatelliteId> satellites;  ///< in the order of simulations
+  std::function<std::optional<SatelliteMotion>(SatelliteId, Time<GpsClock>)> motion;  ///< at a time
 };
 
 /// Evenly spread circular orbits: `planes` of equal inclination, equally spaced nodes (Walker
 /// 1984).
 struct WalkerParams {
-  GnssSystem system = GnssSystem::gps;
-  int satellites = 24;
-  int planes = 6;
-  int phasing = 1;  ///< between neighbouring planes, in 360°/satellites
-  double radius_m = 26'559'710.0;
-  Angle inclination = Angle::degrees(55.0);
-  Angle first_node = Angle::degrees(17.0);  ///< east of Greenwich at GPS time zero
+  GnssSystem system = GnssSystem::gps;       ///< of the satellites
+  int satellites = 24;                       ///< in all planes; a multiple of `planes`, at most 255
+  int planes = 6;                            ///< number
+  int phasing = 1;                           ///< between neighbouring planes, in 360°/satellites
+  double radius_m = 26'559'710.0;            ///< of the orbits, from the Earth's centre
+  Angle inclination = Angle::degrees(55.0);  ///< of the planes to the equator
+  Angle first_node = Angle::degrees(17.0);   ///< east of Greenwich at GPS time zero
 };
 
+/// Requires as many satellites in every plane, at least one, and at most 255 in all.
 [[nodiscard]] Constellation walker_constellation(const WalkerParams& params = {});
 /// The satellites of both, which must be distinct.
 [[nodiscard]] Constellation combined(Constellation a, Constellation b);
@@ -66,42 +67,46 @@ struct WalkerParams {
 /// Reflections that lengthen a range for a while: random onsets, each of constant size.
 struct MultipathBursts {
   double per_satellite_hour = 0.0;  ///< rate of onsets; none by default
-  double mean_duration_s = 10.0;
-  double mean_excess_m = 20.0;  ///< duration and size are exponentially distributed
+  double mean_duration_s = 10.0;    ///< of a burst
+  double mean_excess_m = 20.0;      ///< duration and size are exponentially distributed
 };
 
 /// From `begin` (included) to `end` (excluded) only this number of satellites is visible.
 struct SatelliteOutage {
-  LogTime begin, end;
-  std::size_t satellites_left = 0;
+  LogTime begin,                    ///< included
+      end;                          ///< excluded
+  std::size_t satellites_left = 0;  ///< visible
 };
 
 /// A receiver, whatever it measures.
 struct ReceiverParams {
-  Duration period = std::chrono::seconds(1);
-  Angle elevation_mask = Angle::degrees(10.0);
-  ReceiverClockNoise clock;
-  double clock_bias_m = 300.0;  ///< at the start
-  double clock_drift_mps = 5.0;
-  MultipathBursts multipath;
-  std::vector<SatelliteOutage> outages;
+  Duration period = std::chrono::seconds(1);    ///< between epochs
+  Angle elevation_mask = Angle::degrees(10.0);  ///< lower satellites are not measured
+  ReceiverClockNoise clock;                     ///< random walks of the receiver clock
+  double clock_bias_m = 300.0;                  ///< at the start
+  double clock_drift_mps = 5.0;                 ///< at the start
+  MultipathBursts multipath;                    ///< of every satellite
+  std::vector<SatelliteOutage> outages;         ///< of satellites
   Eigen::Vector3d antenna_lever_arm_m = Eigen::Vector3d::Zero();  ///< in body axes
 };
 
+/// A receiver of corrected ranges.
 struct RangeParams : ReceiverParams {
   /// Upper limit; the best geometry is selected.
   std::size_t max_satellites = 64;
-  double range_sigma_m = 2.0;
-  double range_rate_sigma_mps = 0.1;
+  double range_sigma_m = 2.0;         ///< standard deviation
+  double range_rate_sigma_mps = 0.1;  ///< standard deviation
   /// Added to log time to give GPS time, which determines the satellites' positions.
   Duration gps_minus_log{0};
 };
 
+/// Error of the receiver clock, times the speed of light.
 struct ReceiverClock {
-  double bias_m = 0.0;
-  double drift_mps = 0.0;
+  double bias_m = 0.0;     ///< advance
+  double drift_mps = 0.0;  ///< its rate
 };
 
+/// Ranges of a drive and the truth behind them.
 struct SimulatedRanges {
   std::vector<RangeEpoch> epochs;     ///< satellites in the constellation's order
   std::vector<ReceiverClock> clocks;  ///< true, one per epoch
@@ -136,18 +141,20 @@ struct SimulatedRanges {
 /// navigation file. Clocks differ by up to a tenth of a millisecond.
 [[nodiscard]] Ephemerides walker_ephemerides(const WalkerParams& params, Time<GpsClock> reference);
 
+/// A receiver of raw code and Doppler measurements.
 struct ObservationParams : ReceiverParams {
-  double code_sigma_m = 0.6;
-  double doppler_sigma_hz = 0.3;
-  bool ionosphere = true;   ///< Klobuchar's, with the messages' coefficients if present
-  bool troposphere = true;  ///< Saastamoinen's
-  double cn0_zenith_dbhz = 48.0;
-  double cn0_horizon_dbhz = 35.0;
+  double code_sigma_m = 0.6;       ///< standard deviation of the code
+  double doppler_sigma_hz = 0.3;   ///< standard deviation
+  bool ionosphere = true;          ///< Klobuchar's, with the messages' coefficients if present
+  bool troposphere = true;         ///< Saastamoinen's
+  double cn0_zenith_dbhz = 48.0;   ///< of a satellite at the zenith
+  double cn0_horizon_dbhz = 35.0;  ///< of one at the horizon
 };
 
+/// Observations of a drive and the truth behind them.
 struct SimulatedObservations {
-  std::vector<ObservationEpoch> epochs;
-  std::vector<ReceiverClock> clocks;  ///< true, one for each epoch
+  std::vector<ObservationEpoch> epochs;  ///< in order of time
+  std::vector<ReceiverClock> clocks;     ///< true, one for each epoch
 };
 
 /// One epoch every `period` of the receiver's own clock. The trajectory's times are GPS time. Each

@@ -20,8 +20,8 @@ namespace wayfare::sim {
 
 /// Sum of squared normalised innovations, rejected ones included.
 struct NisSum {
-  double sum = 0.0;
-  std::size_t count = 0;
+  double sum = 0.0;       ///< of ν²/σ²
+  std::size_t count = 0;  ///< number of innovations
 };
 /// By InnovationRecord::Kind.
 using NisByKind = std::array<NisSum, 6>;
@@ -29,19 +29,20 @@ using NisByKind = std::array<NisSum, 6>;
 /// Errors of the 23 states at one range epoch (truth minus estimate, in the states' order) and the
 /// filter's standard deviations.
 struct InsErrorAt {
-  using Vector = Eigen::Matrix<double, ins_state::kSize, 1>;
-  LogTime time;
-  Vector error = Vector::Zero();
-  Vector sigma = Vector::Zero();
+  using Vector = Eigen::Matrix<double, ins_state::kSize, 1>;          ///< in the order of ins_state
+  LogTime time;                                                       ///< of the epoch
+  Vector error = Vector::Zero();                                      ///< truth minus estimate
+  Vector sigma = Vector::Zero();                                      ///< the filter's
   double nees = std::numeric_limits<double>::quiet_NaN();             ///< all 23 states
   double navigation_nees = std::numeric_limits<double>::quiet_NaN();  ///< the first nine
   NisByKind nis;  ///< of the measurements since the previous entry, this epoch's included
 };
-using InsErrorSeries = std::vector<InsErrorAt>;
+using InsErrorSeries = std::vector<InsErrorAt>;  ///< one entry per epoch
 
+/// Sensors, filter and start of the runs.
 struct InsMonteCarloOptions {
-  ImuParams imu;
-  RangeParams ranges;
+  ImuParams imu;       ///< simulated unit
+  RangeParams ranges;  ///< simulated receiver
   /// Noise parameters, mounting and lever arm are taken from the simulated sensors.
   GnssInsOptions filter;
   /// Standard deviations of the initial state, which is drawn around the truth.

@@ -22,15 +22,16 @@
 
 namespace wayfare::sim {
 
+/// Speeds of a robot that follows a route.
 struct DriveParams {
-  double max_speed_m_s = 0.9;
-  double max_turn_rate_rad_s = 1.2;
-  double max_acceleration_m_s2 = 0.6;
-  double max_turn_acceleration_rad_s2 = 3.0;
-  double heading_gain_per_s = 2.5;  ///< turn rate per radian of heading error
-  double waypoint_radius_m = 0.3;   ///< distance at which a waypoint is reached
-  Duration step{10'000'000};        ///< the speeds are constant within a step
-  Duration timeout{std::chrono::hours(4)};
+  double max_speed_m_s = 0.9;                 ///< forward, on straights
+  double max_turn_rate_rad_s = 1.2;           ///< to either side
+  double max_acceleration_m_s2 = 0.6;         ///< also of braking
+  double max_turn_acceleration_rad_s2 = 3.0;  ///< of the turn rate
+  double heading_gain_per_s = 2.5;            ///< turn rate per radian of heading error
+  double waypoint_radius_m = 0.3;             ///< distance at which a waypoint is reached
+  Duration step{10'000'000};                  ///< the speeds are constant within a step
+  Duration timeout{std::chrono::hours(4)};    ///< of the drive; beyond it drive_route fails
 };
 
 /// The true trajectory of a robot that starts at rest on the first waypoint, heading for the
@@ -41,28 +42,31 @@ struct DriveParams {
 
 /// A part of the floor on which wheels slip more and sink in: they report more than they roll.
 struct Carpet {
-  Eigen::Vector2d lower_m = Eigen::Vector2d::Zero();
-  Eigen::Vector2d upper_m = Eigen::Vector2d::Zero();
-  double slip_factor = 3.0;      ///< of the random slip's standard deviation
-  double reported_scale = 1.02;  ///< metres reported per metre rolled
+  Eigen::Vector2d lower_m = Eigen::Vector2d::Zero();  ///< corner with the least x and y, m
+  Eigen::Vector2d upper_m = Eigen::Vector2d::Zero();  ///< corner with the greatest x and y, m
+  double slip_factor = 3.0;                           ///< of the random slip's standard deviation
+  double reported_scale = 1.02;                       ///< metres reported per metre rolled
 
+  /// Whether a point is on it, edges included.
   [[nodiscard]] bool covers(const Eigen::Vector2d& p) const {
     return (p.array() >= lower_m.array()).all() && (p.array() <= upper_m.array()).all();
   }
 };
 
+/// Geometry and errors of the wheels.
 struct WheelParams {
-  double wheel_base_m = 0.4;
-  double left_scale = 1.0;  ///< metres reported per metre rolled: a wheel of another radius
-  double right_scale = 1.0;
+  double wheel_base_m = 0.4;  ///< distance of the wheels
+  double left_scale = 1.0;    ///< metres reported per metre rolled: a wheel of another radius
+  double right_scale = 1.0;   ///< of the right wheel
   /// Random slip of each wheel: standard deviation after one metre, growing with the root of the
   /// distance rolled (forward or backward).
   double slip_m_per_sqrt_m = 0.004;
   std::vector<Carpet> carpets = {};  ///< in the truth's frame; the first covering a point applies
 };
 
+/// Errors of the gyro.
 struct GyroParams {
-  double bias_rad_s = 0.0;
+  double bias_rad_s = 0.0;  ///< constant error of the rate
   /// Standard deviation of the integrated angle after one second, growing with the root of time.
   double angle_random_walk_rad_per_sqrt_s = 0.0;
 };
@@ -70,6 +74,7 @@ struct GyroParams {
 /// One sample every `period`, the first at the start of `truth` (and zero).
 [[nodiscard]] std::vector<WheelSample> simulate_wheels(const Trajectory& truth, Duration period,
                                                        const WheelParams& params, Rng& rng);
+/// One sample every `period`, the first at the start of `truth` (and zero).
 [[nodiscard]] std::vector<GyroSample> simulate_gyro(const Trajectory& truth, Duration period,
                                                     const GyroParams& params, Rng& rng);
 
@@ -85,27 +90,34 @@ struct GyroParams {
 /// order of time, not empty); constant before the first and after the last.
 [[nodiscard]] SE2d true_pose_at(const Trajectory& trajectory, LogTime time);
 
-enum class HeadingSource { wheels, gyro };
+/// Where the heading change of odometry is from.
+enum class HeadingSource {
+  wheels,  ///< difference of the wheels
+  gyro,    ///< its mean rates
+};
 
+/// Drive and sensors of a simulated robot.
 struct RobotParams {
-  DriveParams drive;
-  WheelParams wheels;
-  GyroParams gyro;
+  DriveParams drive;                              ///< speeds
+  WheelParams wheels;                             ///< errors of the wheels
+  GyroParams gyro;                                ///< errors of the gyro
   HeadingSource heading = HeadingSource::wheels;  ///< source of the recorded odometry's heading
-  Lidar2dParams lidar;
-  Transform2<frame::Base, frame::Laser> T_base_laser;
-  Duration odometry_period{100'000'000};
-  Duration scan_period{200'000'000};
+  Lidar2dParams lidar;                            ///< range finder
+  Transform2<frame::Base, frame::Laser> T_base_laser;  ///< its mounting
+  Duration odometry_period{100'000'000};               ///< of wheels, gyro and odometry
+  Duration scan_period{200'000'000};                   ///< between sweeps
   double radius_m = 0.25;  ///< least distance of the robot to every wall
 };
 
+/// A recording and the truth behind it.
 struct SimulatedRun {
-  Recording recording;  ///< odometry starts at identity
-  Trajectory truth;     ///< in the plan's frame, one pose every drive step
-  std::vector<WheelSample> wheels;
-  std::vector<GyroSample> gyro;
+  Recording recording;              ///< odometry starts at identity
+  Trajectory truth;                 ///< in the plan's frame, one pose every drive step
+  std::vector<WheelSample> wheels;  ///< every odometry_period
+  std::vector<GyroSample> gyro;     ///< every odometry_period
 };
 
+/// Progress and cancellation.
 struct SimulationControl {
   std::function<void(double fraction)> progress = {};  ///< called during the simulation of scans
   std::stop_token stop = {};                           ///< on request the call returns `cancelled`

@@ -20,19 +20,20 @@ namespace wayfare::sim {
 
 /// A position on the drive, from its origin.
 struct Waypoint {
-  double north_m = 0.0;
-  double east_m = 0.0;
-  double height_m = 0.0;
-  double stop_s = 0.0;  ///< time at rest there; at a corner, before it
+  double north_m = 0.0;   ///< from the origin
+  double east_m = 0.0;    ///< from the origin
+  double height_m = 0.0;  ///< above the ellipsoid
+  double stop_s = 0.0;    ///< time at rest there; at a corner, before it
 };
 
+/// What the vehicle and its driver do at most.
 struct VehicleLimits {
-  double speed_mps = 22.0;
-  double acceleration_mps2 = 2.0;
-  double braking_mps2 = 2.5;
-  double lateral_acceleration_mps2 = 2.5;
-  double turn_rate_radps = 0.5;
-  double turn_radius_m = 15.0;  ///< the smallest; corners are rounded, not reached
+  double speed_mps = 22.0;                 ///< highest speed
+  double acceleration_mps2 = 2.0;          ///< highest, forward
+  double braking_mps2 = 2.5;               ///< highest, in front of corners and stops
+  double lateral_acceleration_mps2 = 2.5;  ///< highest: the speed in corners
+  double turn_rate_radps = 0.5;            ///< highest, in tight corners
+  double turn_radius_m = 15.0;             ///< the smallest; corners are rounded, not reached
   /// Rise time of the acceleration, s: bounds the jerk.
   double build_up_s = 0.8;
   /// Roll of the body outward per lateral acceleration, rad/(m/s²).
@@ -41,13 +42,13 @@ struct VehicleLimits {
 
 /// Fit to a recorded solution: standard deviations of its noise, and of the vehicle's jerk.
 struct TrackFit {
-  double position_sigma_m = 0.005;
-  double velocity_sigma_mps = 0.05;
+  double position_sigma_m = 0.005;   ///< of the solution, each axis
+  double velocity_sigma_mps = 0.05;  ///< of the solution, each axis
   /// Velocities are valid this time before their stamp, s: half the interval for receivers that
   /// give the mean over it.
   double velocity_late_s = 0.0;
-  double jerk_sigma_mps3 = 3.0;
-  double knot_spacing_s = 0.25;
+  double jerk_sigma_mps3 = 3.0;  ///< of the vehicle, each axis; smaller: smoother
+  double knot_spacing_s = 0.25;  ///< of the splines
   /// Below this speed, m/s, the course does not determine the heading.
   double min_course_speed_mps = 1.0;
   bool attitude_from_course = true;  ///< else the solution's own attitude
@@ -56,9 +57,9 @@ struct TrackFit {
 /// State of the vehicle and the ideal measurement of a unit aligned with its body: specific force,
 /// and rate relative to inertial space.
 struct VehicleMotion {
-  NavState nav;
-  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();
+  NavState nav;                                                   ///< of the vehicle
+  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();  ///< m/s², body axes
+  Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();   ///< rad/s, body axes
 };
 
 /// A smooth trajectory: position and attitude each with continuous second derivative.
@@ -73,10 +74,13 @@ class VehicleTrajectory {
         position_(std::move(position)),
         attitude_(std::move(attitude)) {}
 
+  /// Start of the drive.
   [[nodiscard]] LogTime begin() const { return start_; }
+  /// End of the drive.
   [[nodiscard]] LogTime end() const { return start_ + from_seconds(position_.end_s()); }
   /// At rest before begin() and after end().
   [[nodiscard]] NavState state(LogTime time) const { return motion(time).nav; }
+  /// At rest before begin() and after end().
   [[nodiscard]] VehicleMotion motion(LogTime time) const;
 
  private:
@@ -110,17 +114,18 @@ class VehicleTrajectory {
 
 /// Position and velocity of a point fixed to the body, in Earth-fixed axes.
 struct EcefMotion {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();    ///< Earth-fixed
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< Earth-fixed, over the Earth
 };
+/// Of a point at `lever_arm_body_m`, m, body axes.
 [[nodiscard]] EcefMotion ecef_motion(const VehicleMotion& motion,
                                      const Eigen::Vector3d& lever_arm_body_m);
 
 /// Defaults: 100 Hz, aligned with the body, errors of an automotive MEMS unit.
 struct ImuParams {
-  ImuNoise noise;
-  Duration period{10'000'000};
-  SO3d q_body_imu;  ///< mounting: rotates the unit's axes to the body's
+  ImuNoise noise;               ///< errors of the unit
+  Duration period{10'000'000};  ///< between samples
+  SO3d q_body_imu;              ///< mounting: rotates the unit's axes to the body's
   /// Each sample is the mean since the previous one, as of an integrating unit; else the instant's
   /// value.
   bool mean_of_period = false;
@@ -128,26 +133,30 @@ struct ImuParams {
 
 /// Errors of a unit at one instant, in its own axes, besides white noise.
 struct ImuErrors {
-  Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();
-  Eigen::Vector3d gyro_scale = Eigen::Vector3d::Zero();
-  Eigen::Vector3d accel_scale = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();  ///< rad/s
+  Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();  ///< m/s²
+  Eigen::Vector3d gyro_scale = Eigen::Vector3d::Zero();       ///< relative
+  Eigen::Vector3d accel_scale = Eigen::Vector3d::Zero();      ///< relative
 };
 
+/// Readings of a drive and the truth behind them.
 struct SimulatedImu {
-  std::vector<ImuSample> samples;
-  std::vector<ImuErrors> errors;  ///< one per sample
+  std::vector<ImuSample> samples;  ///< in order of time
+  std::vector<ImuErrors> errors;   ///< one per sample
 };
 
 /// Errors over time: four Gauss-Markov processes per unit, started in their stationary distribution
 /// and discretised exactly, n ← e^(−T/τ) n + σ√(1 − e^(−2T/τ)) w.
 class ImuErrorProcess {
  public:
+  /// Draws the errors of the start.
   ImuErrorProcess(const ImuNoise& noise, Rng& rng);
+  /// Errors `seconds` later.
   void step(double seconds, Rng& rng);
   /// (1 + scale) ∘ `truth` + bias + white noise whose standard deviation is its density over
   /// √`seconds`; all in the unit's axes.
   [[nodiscard]] ImuSample measure(const ImuSample& truth, double seconds, Rng& rng) const;
+  /// Errors now.
   [[nodiscard]] const ImuErrors& errors() const { return errors_; }
 
  private:

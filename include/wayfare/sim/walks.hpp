@@ -21,18 +21,21 @@ namespace wayfare::sim {
 /// Stairs: strides of two steps each, of which `rise_m` is the height (negative: downward) and
 /// `tread_m` the horizontal length.
 struct StairFlight {
-  int first = 0;  ///< stride of the walk
-  int strides = 5;
-  double rise_m = 0.34, tread_m = 0.58;
+  int first = 0;         ///< stride of the walk
+  int strides = 5;       ///< strides on the stairs
+  double rise_m = 0.34,  ///< of a stride
+      tread_m = 0.58;    ///< of a stride
 };
 
 /// A walk in strides: each foot alternates swing and stance, the right one half a stride later.
 struct FeetPlan {
-  double rate_hz = 100.0;
-  int strides = 60;
-  double rest_s = 3.0;  ///< both feet together, at the start and the end
-  double swing_s = 0.45, stance_s = 0.65;
-  double stride_m = 1.3, lift_m = 0.1;
+  double rate_hz = 100.0;     ///< of the samples
+  int strides = 60;           ///< of each foot
+  double rest_s = 3.0;        ///< both feet together, at the start and the end
+  double swing_s = 0.45,      ///< of a foot in the air
+      stance_s = 0.65;        ///< of a foot on the floor
+  double stride_m = 1.3,      ///< length on level floor
+      lift_m = 0.1;           ///< height of a swing
   double width_m = 0.2;       ///< from the left foot to the right
   double pitch_rad = 0.7;     ///< toe down at the highest point of a swing
   double turn_rad = 0.0;      ///< heading change per stride; counter-clockwise
@@ -43,12 +46,14 @@ struct FeetPlan {
 /// One foot: samples and its position at each, relative to its start; axes x forward, y left, z up
 /// at the start.
 struct FootTruth {
-  std::vector<ImuSample> samples;
-  std::vector<Eigen::Vector3d> position;
+  std::vector<ImuSample> samples;         ///< of the unit on the foot
+  std::vector<Eigen::Vector3d> position;  ///< at each sample, m
 };
 
+/// Both feet of a walk.
 struct FeetTruth {
-  FootTruth left, right;
+  FootTruth left,                   ///< of the unit on it
+      right;                        ///< of the unit on it
   Eigen::Vector3d right_from_left;  ///< at the start
   double length_m = 0.0;            ///< of the path
 };
@@ -59,8 +64,8 @@ struct FeetTruth {
 
 /// Errors of a barometer: white noise of a reading, and a random walk of the pressure.
 struct BarometerNoise {
-  double white_Pa = 2.0;
-  double drift_Pa = 0.3;  ///< Pa/√s
+  double white_Pa = 2.0;  ///< standard deviation of a reading
+  double drift_Pa = 0.3;  ///< random walk of the pressure, Pa/√s
 };
 /// Pressure at heights that follow each other by `dt_s`, from 101325 Pa at height zero.
 [[nodiscard]] std::vector<double> simulate_pressure(std::span<const double> heights_m, double dt_s,
@@ -70,12 +75,14 @@ struct BarometerNoise {
 /// 1.6 to 1.95 steps per second, pitch by 1.7 to 3.9°, roll by 1.1 to 2.3°, glances by 10 to 20°;
 /// the mounting is off by 2 to 5°.
 struct HeadWalkParams {
-  double speed_m_s = 1.2;
-  double step_m = 0.66;
-  double height_m = 1.7;
-  double bob_m = 0.027;  ///< amplitude, once per step
-  double sway_m = 0.02;  ///< amplitude, once in two steps
-  Angle glance = Angle::degrees(10), pitch = Angle::degrees(2.3), roll = Angle::degrees(1.4);
+  double speed_m_s = 1.2;                      ///< along the path
+  double step_m = 0.66;                        ///< length of a step
+  double height_m = 1.7;                       ///< of the head above the floor
+  double bob_m = 0.027;                        ///< amplitude, once per step
+  double sway_m = 0.02;                        ///< amplitude, once in two steps
+  Angle glance = Angle::degrees(10),           ///< σ of the yaw about the path
+      pitch = Angle::degrees(2.3),             ///< σ of the pitch
+      roll = Angle::degrees(1.4);              ///< σ of the roll
   Angle nod = Angle::degrees(0.9);             ///< amplitude of the pitch, once per step
   Angle mounting_sigma = Angle::degrees(3.5);  ///< mounting error, standard deviation per axis
   double corner_m = 0.8;  ///< the path is rounded over this distance before and after a corner
@@ -85,21 +92,27 @@ struct HeadWalkParams {
 /// The head's pose at any time from 0 to `duration_s`; axes x forward, y left, z up.
 class HeadWalk {
  public:
+  /// Pose of the head.
   struct Pose {
-    SO3d q_world_head;
-    Eigen::Vector3d position_m;
+    SO3d q_world_head;           ///< x forward, y left, z up
+    Eigen::Vector3d position_m;  ///< m, above the plan
   };
 
   /// Along the waypoints `route_m`, two or more distinct ones; the other properties of the walk are
   /// random.
   HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& params, Rng rng);
 
+  /// Duration of the walk with its rests.
   [[nodiscard]] double duration_s() const { return duration_s_; }
+  /// Length of the rounded path.
   [[nodiscard]] double path_length_m() const { return along_.back(); }
+  /// At a time from 0 to `duration_s`.
   [[nodiscard]] Pose at(double time_s) const;
 
+  /// Errors of the unit.
   struct UnitNoise {
-    double gyro_radps = 0.002, accel_mps2 = 0.05;       ///< white noise per sample
+    double gyro_radps = 0.002,                          ///< of the rate
+        accel_mps2 = 0.05;                              ///< of the specific force, per sample
     Angle gyro_bias_per_second = Angle::degrees(0.05);  ///< standard deviation, constant
     double accel_bias_mps2 = 0.0;                       ///< the same
   };
@@ -126,10 +139,12 @@ class HeadWalk {
 
 /// A range finder rotating in the head's x-y plane; walls are upright from floor to ceiling.
 struct HeadLidarParams {
-  int beams = 360;
-  double max_range_m = 12.0, min_range_m = 0.15;
-  double noise_m = 0.01, noise_per_m = 0.004;
-  double ceiling_m = 2.7;
+  int beams = 360;            ///< over the full circle
+  double max_range_m = 12.0,  ///< farther walls give no return
+      min_range_m = 0.15;     ///< nearer walls give no return
+  double noise_m = 0.01,      ///< σ at distance zero
+      noise_per_m = 0.004;    ///< and its growth with the distance
+  double ceiling_m = 2.7;     ///< of the rooms, above the floor
 };
 /// All beams at one instant.
 [[nodiscard]] LaserScan scan_from_head(const FloorPlan& plan, const HeadWalk::Pose& head,

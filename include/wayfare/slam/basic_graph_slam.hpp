@@ -29,20 +29,27 @@ namespace wayfare {
 template <MappingMatcher M>
 class BasicGraphSlam {
  public:
+  /// Copies the matcher. Negative counts of the options are taken as zero.
   explicit BasicGraphSlam(const M& matcher, const GraphSlamOptions& options = {})
       : engine_(options, [&](const GraphSlamOptions& valid) {
           return detail::MatcherMatching<M>(valid, matcher);
         }) {}
 
   // As those of GraphSlam.
+  /// As GraphSlam::add_scan; also an Error for a result of the matcher that is not valid.
   Result<ScanOutcome> add_scan(
       const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
     return engine_.add_scan(scan, odometry);
   }
+  /// As GraphSlam::finish.
   Result<void> finish() { return engine_.finish(); }
+  /// As GraphSlam::trajectory.
   [[nodiscard]] Trajectory trajectory() const { return engine_.trajectory(); }
+  /// As GraphSlam::graph.
   [[nodiscard]] const PoseGraph2& graph() const { return engine_.graph(); }
+  /// Counts so far.
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return engine_.statistics(); }
+  /// As GraphSlam::map.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const {
     return engine_.map(shape, model);

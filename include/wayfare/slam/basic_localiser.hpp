@@ -68,14 +68,16 @@ class BasicLocaliser {
   static_assert(detail::check_localiser<Map, Likelihood, Odometry>());
 
  public:
-  using Pose = LikelihoodPose<Likelihood>;
-  using Outcome = MonteCarloOutcome<Pose>;
+  using Pose = LikelihoodPose<Likelihood>;  ///< of the likelihood
+  using Outcome = MonteCarloOutcome<Pose>;  ///< of one scan
+  /// Poses and weights.
   using ParticleSet = typename detail::ParticlesOfLikelihood<Likelihood>::Type;
-  using OdometryPose = Transform<frame::Odom, frame::Base, Pose>;
+  using OdometryPose = Transform<frame::Odom, frame::Base, Pose>;  ///< odometry of that pose
   /// Whether the likelihood is defined for this type of scan.
   template <class Scan>
   static constexpr bool takes = ScanLikelihoodModel<Likelihood, Scan, Map>;
 
+  /// The map must not be null. The initial state is that of start_anywhere.
   BasicLocaliser(std::shared_ptr<const Map> map, Likelihood likelihood, Odometry odometry,
                  const MonteCarloOptions& options, std::uint64_t seed)
       : map_(std::move(map)),
@@ -134,6 +136,7 @@ class BasicLocaliser {
     static const ParticleSet none;
     return filter_ ? filter_->particles() : none;
   }
+  /// As given.
   [[nodiscard]] const Map& map() const { return *map_; }
   /// Of the last scan or motion.
   [[nodiscard]] const std::optional<LogTime>& time() const { return motion_.time(); }

@@ -27,14 +27,14 @@ namespace wayfare {
 
 /// Negative counts are taken as zero.
 struct GraphSlamOptions {
-  Transform2<frame::Base, frame::Laser> T_base_laser{};
+  Transform2<frame::Base, frame::Laser> T_base_laser{};  ///< mounting of the laser
 
   // Points.
   double max_range_m = 30.0;  ///< farther returns are not matched: the beam footprint is too wide
   double point_spacing_m = 0.03;  ///< between neighbouring points; smaller is slower, not sharper
 
   // Motion.
-  MotionNoise odometry{};
+  MotionNoise odometry{};  ///< noise of odometry between scans
   /// Noise of the constant-velocity prediction used without odometry; twice as wide fits walking
   /// pace.
   MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
@@ -69,19 +69,21 @@ struct GraphSlamOptions {
   int threads = 1;  ///< loop candidates matched in parallel; any number gives the same result
 };
 
+/// Counts of scans, searches and loop closures.
 struct GraphSlamStatistics {
-  std::size_t scans = 0;
-  std::size_t unmatched_scans = 0;
-  std::size_t widened_searches = 0;
-  std::size_t loop_closures = 0;
-  std::size_t loops_refused = 0;  ///< candidates matched and rejected
-  std::size_t optimisations = 0;
-  MatcherErrors matcher_errors;
+  std::size_t scans = 0;             ///< accepted
+  std::size_t unmatched_scans = 0;   ///< kept at their predicted pose
+  std::size_t widened_searches = 0;  ///< scans matched in the wider window
+  std::size_t loop_closures = 0;     ///< accepted
+  std::size_t loops_refused = 0;     ///< candidates matched and rejected
+  std::size_t optimisations = 0;     ///< of the graph
+  MatcherErrors matcher_errors;      ///< of the matcher's Errors and invalid results
 };
 
 /// Processes one scan at a time. Not thread-safe; results do not depend on timing or threads.
 class GraphSlam {
  public:
+  /// Without scans.
   explicit GraphSlam(const GraphSlamOptions& options = {});
 
   /// Processes the next scan with the odometry at its time, if any. Returns an Error and changes
@@ -99,6 +101,7 @@ class GraphSlam {
   [[nodiscard]] Trajectory trajectory() const;
   /// Node poses and edges; loop closures are the edges marked `robust`.
   [[nodiscard]] const PoseGraph2& graph() const;
+  /// Counts so far.
   [[nodiscard]] const GraphSlamStatistics& statistics() const;
   /// The map of all nodes' scans at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
@@ -111,12 +114,12 @@ class GraphSlam {
 
 /// Results for a whole recording.
 struct GraphSlamRun {
-  Trajectory trajectory;
-  PoseGraph2 graph;
-  OccupancyGrid map;
-  GraphSlamStatistics statistics;
-  std::size_t refused_scans = 0;
-  std::string first_refusal;  ///< reason for the first of them
+  Trajectory trajectory;           ///< one pose per accepted scan
+  PoseGraph2 graph;                ///< at the end
+  OccupancyGrid map;               ///< of all nodes' scans
+  GraphSlamStatistics statistics;  ///< counts
+  std::size_t refused_scans = 0;   ///< by add_scan
+  std::string first_refusal;       ///< reason for the first of them
 };
 
 /// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times. Returns an

@@ -27,10 +27,11 @@
 
 namespace wayfare {
 
+/// Map, matching, prior and inertial unit of Hector SLAM.
 struct HectorSlamOptions {
-  Transform2<frame::Base, frame::Laser> T_base_laser{};
+  Transform2<frame::Base, frame::Laser> T_base_laser{};  ///< mounting of the laser
 
-  MultiResolutionOptions map{};
+  MultiResolutionOptions map{};  ///< grids and inverse sensor model
   /// Heading step of the start poses: between scans a robot may turn beyond the basin of
   /// convergence.
   GaussNewtonOptions match{.max_iterations = 20, .start_step = Angle::degrees(4)};
@@ -40,13 +41,14 @@ struct HectorSlamOptions {
   /// Travel or heading change after which a scan is added to the map. Smaller values extend the map
   /// sooner, and add the pose error of every scan to it.
   double map_travel_m = 0.4;
-  Angle map_turn = Angle::degrees(20);
+  Angle map_turn = Angle::degrees(20);  ///< or heading change
 
   /// Noise of odometry and of the constant-velocity prediction: sets the search window and the
   /// prior along directions that the scene does not constrain.
   MotionNoise odometry{0.06, 0.50, 0.04, Angle::degrees(3.0), 0.4, 0.2};
+  /// Without odometry.
   MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
-  double search_sigmas = 4.0;
+  double search_sigmas = 4.0;  ///< half width of the search window, in σ of the prediction
   /// Errors of a scan's points are correlated: the effective number of points against the prior.
   double independent_points = 100.0;
   double min_score = 0.1;       ///< agreement in [0, 1] below which the predicted pose is kept
@@ -55,22 +57,27 @@ struct HectorSlamOptions {
 
   /// With an inertial unit: rotates the unit's axes to the base's (x forward, y left, z up) …
   SO3d q_base_unit{};
-  CarrierFilterParameters carrier{};
+  CarrierFilterParameters carrier{};  ///< noise of the inertial unit's filter
   /// … selects floor and ceiling returns of a tilted scan …
   LevelScanOptions level{};
   /// … least standard deviation of the filter's pose as a prior of the match.
   double min_sigma_m = 0.03;
-  Angle min_sigma = Angle::degrees(1);
+  Angle min_sigma = Angle::degrees(1);  ///< … and of its heading
   /// Above this standard deviation of the level, scans are not levelled.
   Angle level_sigma = Angle::degrees(5);
 };
 
+/// Counts of scans.
 struct HectorStatistics {
-  std::size_t scans = 0, unmatched_scans = 0, scans_in_map = 0;
+  std::size_t scans = 0,    ///< accepted
+      unmatched_scans = 0,  ///< kept at their predicted pose
+      scans_in_map = 0;     ///< added to the map
   /// With an inertial unit: levelled scans, matches fused into the filter, and initialisations of
   /// the filter (after gaps or when the level was lost).
-  std::size_t levelled_scans = 0, fused_scans = 0, carrier_starts = 0;
-  MatcherErrors matcher_errors;
+  std::size_t levelled_scans = 0,  ///< levelled
+      fused_scans = 0,             ///< fused into the filter
+      carrier_starts = 0;          ///< of the filter
+  MatcherErrors matcher_errors;    ///< of the matcher's Errors and invalid results
 };
 
 /// Hector SLAM by any matcher, as made by a BasicHectorSlam. Processes one scan at a time. Not
@@ -90,13 +97,16 @@ class HectorSlamSystem {
 
   /// One pose per accepted scan.
   [[nodiscard]] const Trajectory& trajectory() const;
+  /// The finest grid.
   [[nodiscard]] const OccupancyGrid& map() const;
+  /// Counts so far.
   [[nodiscard]] const HectorStatistics& statistics() const;
   /// After a scan the filter is at the scan's time with the match fused. Its state is meaningless
   /// for a time at which `covers` is false.
   [[nodiscard]] const CarrierFilter& carrier() const;
 
  protected:
+  /// With the map of a matcher.
   HectorSlamSystem(const HectorSlamOptions& options, const detail::MakeHectorMap& make_map);
 
  private:
@@ -111,24 +121,29 @@ class HectorSlamSystem {
 template <SlamMatcher M>
 class BasicHectorSlam : public HectorSlamSystem {
  public:
+  /// With the matcher of the options.
   explicit BasicHectorSlam(
       const HectorSlamOptions& options = {}) requires std::same_as<M, GaussNewtonMatcher>
       : BasicHectorSlam(M(options.match), options) {}
+  /// Copies the matcher.
   explicit BasicHectorSlam(const M& matcher, const HectorSlamOptions& options = {})
       : HectorSlamSystem(options, detail::hector_map(matcher)) {}
 };
 
-using HectorSlam = BasicHectorSlam<GaussNewtonMatcher>;
+using HectorSlam = BasicHectorSlam<GaussNewtonMatcher>;  ///< by Gauss-Newton matching in the grids
 
 /// Results for a whole recording.
 struct HectorRun {
-  Trajectory trajectory;
-  OccupancyGrid map;
-  HectorStatistics statistics;
-  std::size_t refused_scans = 0;
-  std::string first_refusal;
+  Trajectory trajectory;          ///< one pose per accepted scan
+  OccupancyGrid map;              ///< the finest grid
+  HectorStatistics statistics;    ///< counts
+  std::size_t refused_scans = 0;  ///< by add_scan
+  std::string first_refusal;      ///< reason for the first of them
 };
 
+/// Runs Hector SLAM over `recording`, without an inertial unit. Returns an Error if no scan could
+/// be
+/// used.
 Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions options = {},
                                   const SlamProgress& progress = {});
 /// With the samples of an inertial unit on the same clock, in order of time.

@@ -36,22 +36,26 @@
 namespace wayfare {
 
 /// The sensor of a scan.
-enum class RangeSensor : std::uint8_t { lidar, radar };
+enum class RangeSensor : std::uint8_t {
+  lidar,  ///< laser range finder
+  radar,  ///< millimetre-wave radar
+};
 
 /// Distribution of a sensor's points around the mapped surfaces.
 struct FieldShape {
   /// Standard deviation, m: while tracking, and during a search, when particles are sparser.
   double sigma_m = 0.08;
-  double search_sigma_m = 0.25;
+  double search_sigma_m = 0.25;  ///< during a search
   /// Likelihood of an outlier relative to a point that fits: larger tolerates more outliers.
   double floor_probability = 0.05;
 };
 
+/// How a grid becomes a LocalisationMap.
 struct LocalisationMapOptions {
   double occupied_probability = 0.65;  ///< least occupancy of a wall
   double free_probability = 0.35;      ///< greatest occupancy of a free cell
   double clearance_m = 0.1;            ///< least distance of the robot's position to walls
-  FieldShape lidar{};
+  FieldShape lidar{};                  ///< of a LiDAR's end points
   /// Half of a radar's points are clutter, and its bearing error is a degree or two.
   FieldShape radar{0.08, 0.20, 0.2};
   double seen_probability = 0.9;  ///< least occupancy of a reflector in the radar map
@@ -67,19 +71,26 @@ class LocalisationMap {
       const OccupancyGrid& grid, const LocalisationMapOptions& options = {},
       const OccupancyGrid* radar = nullptr);
 
+  /// As given.
   [[nodiscard]] const LocalisationMapOptions& options() const { return options_; }
+  /// Side of a cell, m.
   [[nodiscard]] double resolution_m() const { return fields_[0].sharp.resolution_m(); }
+  /// Whether there are fields of that sensor.
   [[nodiscard]] bool has(RangeSensor sensor) const { return !fields(sensor).sharp.empty(); }
   /// ln p of a point, with sigma_m and with search_sigma_m.
   struct Fields {
-    LikelihoodField sharp, broad;
+    LikelihoodField sharp,  ///< with sigma_m
+        broad;              ///< with search_sigma_m
   };
+  /// Fields of one sensor; without cells where has() is false.
   [[nodiscard]] const Fields& fields(RangeSensor sensor) const {
     return fields_[static_cast<std::size_t>(sensor)];
   }
+  /// Expected ranges among the walls.
   [[nodiscard]] const RayCaster& rays() const { return rays_; }
   /// Cells in which the robot's position may lie.
   [[nodiscard]] const std::vector<Cell>& free_cells() const { return free_cells_; }
+  /// Area of free_cells().
   [[nodiscard]] double free_area_m2() const {
     return resolution_m() * resolution_m() * static_cast<double>(free_cells_.size());
   }
@@ -114,21 +125,23 @@ struct RadarWeighing {
   /// A radar sees the same reflector again and again: effective number of independent points of a
   /// scan, and the (smaller) one until the filter has converged.
   double independent_points = 16.0;
-  double independent_unconverged = 8.0;
+  double independent_unconverged = 8.0;  ///< until the filter has converged
   /// Frames of a recording that make one scan, and the longest time they may span.
   std::size_t frames = 20;
-  double longest_s = 1.5;
+  double longest_s = 1.5;  ///< their longest duration
 };
 
+/// Particles, motion, sensors and likelihoods of a Localiser.
 struct LocalisationOptions : MonteCarloOptions, OdometryNoise {
-  Transform2<frame::Base, frame::Laser> T_base_laser{};
-  RadarWeighing radar{};
+  Transform2<frame::Base, frame::Laser> T_base_laser{};  ///< mounting of the laser
+  RadarWeighing radar{};                                 ///< of radar scans
   /// Sensors of a recording that are used; radar only if the map has radar detections.
-  bool use_lidar = true, use_radar = true;
+  bool use_lidar = true,  ///< LiDAR scans
+      use_radar = true;   ///< radar scans
 
   // Scans.
-  ScanLikelihood model = ScanLikelihood::likelihood_field;
-  BeamModel beam{};
+  ScanLikelihood model = ScanLikelihood::likelihood_field;  ///< likelihood of a LiDAR scan
+  BeamModel beam{};                                         ///< of ScanLikelihood::beam
   int beams = 64;             ///< beams of a scan that are used, evenly spread; more: slower, surer
   int min_beams = 12;         ///< a scan with fewer returns is not used
   double max_range_m = 30.0;  ///< farther returns are left out
@@ -139,7 +152,7 @@ struct LocalisationOptions : MonteCarloOptions, OdometryNoise {
 
 /// Result of one scan.
 struct LocalisationOutcome : MonteCarloOutcome<SE2d> {
-  RangeSensor sensor = RangeSensor::lidar;
+  RangeSensor sensor = RangeSensor::lidar;  ///< of the scan
 };
 
 /// One particle, of weight in [0, 1].
@@ -150,6 +163,7 @@ using PoseParticle = PoseParticleOf<SE2d>;
 /// same bytes for any number of threads.
 class Localiser {
  public:
+  /// In the state of start_anywhere. The map must not be null.
   Localiser(std::shared_ptr<const LocalisationMap> map, const LocalisationOptions& options,
             std::uint64_t seed);
 
@@ -177,6 +191,7 @@ class Localiser {
       LogTime time, const PointSet& points_base,
       const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
+  /// Empty before the first scan that is used.
   [[nodiscard]] std::vector<PoseParticle> particles() const;
 
  private:
@@ -200,15 +215,16 @@ template <class Set>
 
 /// The particles at a time.
 struct ParticleSnapshot {
-  LogTime time;
-  std::vector<PoseParticle> particles;
+  LogTime time;                         ///< of the scan
+  std::vector<PoseParticle> particles;  ///< after it
 };
 
+/// Results for a whole recording.
 struct LocalisationRun {
   std::vector<LocalisationOutcome> outcomes;  ///< one per time: of two scans at one time the later
   std::vector<ParticleSnapshot> snapshots;    ///< those requested
-  std::size_t refused_scans = 0;
-  std::string first_refusal;  ///< reason for the first of them
+  std::size_t refused_scans = 0;              ///< by add_scan and add_radar
+  std::string first_refusal;                  ///< reason for the first of them
 
   /// The poses, each at its scan's time; of converged outcomes only, if requested.
   [[nodiscard]] Trajectory trajectory(bool converged_only = false) const;
@@ -224,7 +240,7 @@ struct LocalisationControlOf {
   /// Fractions of the scans at which snapshots are kept.
   std::vector<double> snapshots_at = {};
 };
-using LocalisationControl = LocalisationControlOf<Localiser>;
+using LocalisationControl = LocalisationControlOf<Localiser>;  ///< of the library's localiser
 
 /// Localises a whole recording, with odometry interpolated at the scans' times and radar frames
 /// combined into scans by it. Starts from `start`, or globally. Returns an Error if no scan could

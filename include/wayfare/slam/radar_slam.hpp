@@ -46,12 +46,13 @@ namespace wayfare {
 struct RbpfSensorOptions {
   /// Clamped after a few scans, so that a wall survives later scans that conflict with it.
   OccupancyGridOptions grid{.min_probability = 0.002, .max_probability = 0.999};
-  OccupancyFieldOptions field{};
+  OccupancyFieldOptions field{};  ///< field of each particle's map, in which scans are matched
   /// If given, scans are matched in the density of detections instead: for a sensor that frees no
   /// cells. One detection counts as much as it did in mapping.
   std::optional<DetectionViewOptions> density{};
   /// Errors of a scan's points are correlated: effective number of points, against the motion and
-  /// in the weights; 0: all. Larger: more confidence in the matches, and earlier particle depletion.
+  /// in the weights; 0: all. Larger: more confidence in the matches, and earlier particle
+  /// depletion.
   double independent_points = 60.0;
   /// Scans with fewer points are not matched: the motion model's pose is kept.
   std::size_t min_points = 10;
@@ -61,12 +62,12 @@ struct RbpfSensorOptions {
   /// particle's matches and within these limits, with half the confidence in the motion. Its match
   /// must improve the log likelihood of scan and motion by `wide_margin_nats`. Zero metres: never.
   double tracked_score = 0.65;
-  double wide_m = 0.8;
-  Angle wide_turn = Angle::degrees(50);
-  double wide_margin_nats = 5.0;
+  double wide_m = 0.8;                   ///< half width of the wide search
+  Angle wide_turn = Angle::degrees(50);  ///< half width of its headings
+  double wide_margin_nats = 5.0;         ///< least gain of a wide search
   /// Larger corrections are rejected.
   double max_correction_m = 1.2;
-  Angle max_turn_correction = Angle::degrees(60);
+  Angle max_turn_correction = Angle::degrees(60);  ///< of the heading
   /// Half width of the search window in standard deviations of the motion.
   double search_sigmas = 3.0;
   /// Farther points are not matched, m. Those of a radar are not mapped either: each detection, if
@@ -77,7 +78,7 @@ struct RbpfSensorOptions {
   /// Travel and heading change since the sensor's last mapped scan after which a scan is added to
   /// the maps. A map of walls extended by every scan accumulates the pose error of each.
   double map_travel_m = 0.2;
-  Angle map_turn = Angle::degrees(8);
+  Angle map_turn = Angle::degrees(8);  ///< heading change
   /// Above this number of points, a match is searched with every second point, third, and so on,
   /// and refined with all. Zero: always all.
   std::size_t search_points = 60;
@@ -100,14 +101,15 @@ struct RbpfSensorOptions {
   return o;
 }
 
+/// Particles, sensors and updates of a RadarSlam.
 struct RadarSlamOptions {
   std::size_t particles = 30;  ///< at least 1
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;      ///< of all draws
   int threads = 1;  ///< particles processed in parallel; any number gives the same result
 
-  Transform2<frame::Base, frame::Laser> T_base_laser{};
-  RbpfSensorOptions lidar{};
-  RbpfSensorOptions radar = radar_sensor_options();
+  Transform2<frame::Base, frame::Laser> T_base_laser{};  ///< mounting of the laser
+  RbpfSensorOptions lidar{};                             ///< of LiDAR scans
+  RbpfSensorOptions radar = radar_sensor_options();      ///< of augmented radar scans
   /// Beams that graze a wall free it; a hit outweighs several of them.
   InverseLidarModel lidar_model{.p_free = 0.4, .p_hit = 0.8};
   /// Occupancy that a single radar detection gives its cell; no cell is freed, since radar sees
@@ -118,19 +120,21 @@ struct RadarSlamOptions {
   /// Travel, heading change and time since the sensor's last update after which a scan updates the
   /// filter; scans in between get the predicted pose.
   double update_travel_m = 0.02;
-  Angle update_turn = Angle::degrees(0.5);
-  double update_time_s = 5.0;
+  Angle update_turn = Angle::degrees(0.5);  ///< heading change
+  double update_time_s = 5.0;               ///< longest time between updates
   /// Match LiDAR scans in between to the best particle's map, which gives their poses and detects
   /// motion that the motion model missed.
   bool match_skipped = false;
 
+  /// Sampling of a particle's pose at its match.
   PoseProposalOptions proposal{.samples = 500, .headings = 20, .divide_by_proposal = true};
   double resample_below = 0.5;  ///< threshold of 1/Σw², as a share of the number of particles
 };
 
 /// The maps of one particle.
 struct RbpfMaps {
-  OccupancyGrid lidar, radar;
+  OccupancyGrid lidar,  ///< of the LiDAR
+      radar;            ///< of detections
 };
 
 /// Result of one scan.
@@ -140,18 +144,21 @@ struct RbpfOutcome {
   double mean_score = 0.0;  ///< of the matches, [0, 1]
   /// Mean heading correction of the matches relative to the motion, over the particles by weight.
   Angle turn_correction{};
-  double effective_particles = 0.0;
-  bool resampled = false;
+  double effective_particles = 0.0;   ///< 1/Σw²
+  bool resampled = false;             ///< after this scan
   std::size_t particles_refused = 0;  ///< their weight or pose was not finite: left without weight
   MatcherErrors matcher_errors;       ///< over all particles; the motion placed these
 };
 
+/// Counts of scans, matches and resamplings.
 struct RbpfStatistics {
-  std::size_t scans = 0, updates = 0;
-  std::size_t without_points = 0;                ///< scans with too few points
-  std::size_t matches = 0, matches_refused = 0;  ///< over all particles
-  std::size_t resampled = 0;
-  MatcherErrors matcher_errors;
+  std::size_t scans = 0,           ///< accepted
+      updates = 0;                 ///< that updated the filter
+  std::size_t without_points = 0;  ///< scans with too few points
+  std::size_t matches = 0,         ///< accepted
+      matches_refused = 0;         ///< rejected
+  std::size_t resampled = 0;       ///< times
+  MatcherErrors matcher_errors;    ///< over all particles
 };
 
 /// Takes motion and scans in order of time. Not thread-safe; results do not depend on threads.
@@ -181,12 +188,13 @@ class RadarSlam {
   [[nodiscard]] Trajectory trajectory() const;
   /// The last of them; none before the first scan.
   [[nodiscard]] std::optional<StampedPose> pose() const;
-  [[nodiscard]] const OccupancyGrid& lidar_map() const;
-  [[nodiscard]] const OccupancyGrid& radar_map() const;
+  [[nodiscard]] const OccupancyGrid& lidar_map() const;  ///< of the best particle
+  [[nodiscard]] const OccupancyGrid& radar_map() const;  ///< of the best particle
   /// Empty before the first scan.
   [[nodiscard]] std::span<const RbpfParticle<RbpfMaps>> particles() const;
+  /// Of the particles, normalised.
   [[nodiscard]] std::span<const double> log_weights() const;
-  [[nodiscard]] const RbpfStatistics& statistics() const;
+  [[nodiscard]] const RbpfStatistics& statistics() const;  ///< counts so far
 
  private:
   RadarSlam(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options);
@@ -196,7 +204,11 @@ class RadarSlam {
 };
 
 /// Sensors that the filter uses.
-enum class SlamSensors { radar, lidar, both };
+enum class SlamSensors {
+  radar,  ///< augmented radar scans
+  lidar,  ///< LiDAR scans
+  both,   ///< each in its own map
+};
 
 /// Estimation of a gyro's bias from the persistent part of the scan matching corrections: a bias
 /// would bend every map made with it. Only part of it is observable, as the maps rotate with the
@@ -220,18 +232,18 @@ struct GyroBiasOptions {
 
 /// Noise of wheels, gyro and odometry.
 struct DeadReckoningOptions {
-  DifferentialDriveModel wheels{.slip_m_per_sqrt_m = 0.02, .scale = 0.02};
-  GyroMotion gyro{.along_m_per_sqrt_m = 0.02,
+  DifferentialDriveModel wheels{.slip_m_per_sqrt_m = 0.02, .scale = 0.02};  ///< noise of the wheels
+  GyroMotion gyro{.along_m_per_sqrt_m = 0.02,  ///< noise of the distance and the gyro
                   .scale = 0.02,
                   .angle_random_walk_rad_per_sqrt_s = 0.0015,
                   .bias_rad_s = 0.0};
-  GyroBiasOptions gyro_bias{};
+  GyroBiasOptions gyro_bias{};  ///< estimation of the gyro's bias
   /// For recordings with odometry poses instead of wheels.
   MotionNoise odometry{0.03, 0.25, 0.02, Angle::degrees(3.0), 0.2, 0.1};
   /// With such recordings, scans in between are matched, and this travel and heading change between
   /// updates replace the filter's options: every update adds noise to the maps.
   double odometry_update_travel_m = 0.7;
-  Angle odometry_update_turn = Angle::degrees(20);
+  Angle odometry_update_turn = Angle::degrees(20);  ///< heading change
   /// A wheel is stuck if it reports no motion while the other rolls this distance and the gyro does
   /// not measure the rotation which that implies.
   double stuck_after_m = 0.05;
@@ -239,21 +251,23 @@ struct DeadReckoningOptions {
 
 /// A sensor fault to report to the user.
 struct SensorFault {
-  std::string what;
-  LogTime from, until;
+  std::string what;  ///< in words
+  LogTime from,      ///< its beginning
+      until;         ///< its end
 };
 
 /// Results for a whole recording.
 struct RadarSlamRun {
   Trajectory trajectory;               ///< one pose per accepted scan
-  OccupancyGrid lidar_map, radar_map;  ///< the best particle's
-  RbpfStatistics statistics;
+  OccupancyGrid lidar_map,             ///< the best particle's
+      radar_map;                       ///< likewise
+  RbpfStatistics statistics;           ///< counts
   std::vector<StampedPose> particles;  ///< their last poses
   std::vector<double> log_weights;     ///< of the particles, normalised
-  std::vector<SensorFault> faults;
-  double gyro_bias_rad_s = 0.0;  ///< estimate at the end
-  std::size_t refused_scans = 0;
-  std::string first_refusal;
+  std::vector<SensorFault> faults;     ///< of wheels and gyro
+  double gyro_bias_rad_s = 0.0;        ///< estimate at the end
+  std::size_t refused_scans = 0;       ///< by add_lidar and add_radar
+  std::string first_refusal;           ///< reason for the first of them
 
   /// The map of the sensor that frees cells, if used.
   [[nodiscard]] const OccupancyGrid& map() const {
@@ -274,11 +288,12 @@ enum class MotionSource {
   none       ///< the pose is expected to stay, with a wide search
 };
 
+/// Filter, sensors and source of motion of a RadarSlamStream.
 struct RadarSlamStreamOptions {
-  RadarSlamOptions slam{};  ///< with the laser's mounting pose
-  SlamSensors sensors = SlamSensors::both;
-  MotionSource motion = MotionSource::odometry;
-  DeadReckoningOptions reckoning{};
+  RadarSlamOptions slam{};                       ///< with the laser's mounting pose
+  SlamSensors sensors = SlamSensors::both;       ///< the scans used
+  MotionSource motion = MotionSource::odometry;  ///< between scans
+  DeadReckoningOptions reckoning{};              ///< noise of that motion
   /// The radar's mounting pose, and how long to wait for a stream by the measurements' clock; with
   /// wheels all of its parameters apply.
   SyncParams sync{};
@@ -288,12 +303,14 @@ struct RadarSlamStreamOptions {
 /// result as long as none lags by more than `sync.max_wait`. Not thread-safe.
 class RadarSlamStream {
  public:
+  /// By exhaustive search, as RadarSlam.
   explicit RadarSlamStream(const RadarSlamStreamOptions& options = {});
   /// By a matcher, as RadarSlam.
   template <FieldMatcher M>
   explicit RadarSlamStream(const M& matcher, const RadarSlamStreamOptions& options = {})
       : RadarSlamStream(RadarSlam(matcher, filter_options(options)), options) {}
 
+  /// @{
   /// A measurement not later than the last of its stream, or than the last one processed, is
   /// refused and counted.
   void add(const WheelSample& sample);
@@ -301,6 +318,7 @@ class RadarSlamStream {
   void add(const OdometrySample& sample);
   void add(const RadarScan& scan);
   void add(const LaserScan& scan);
+  /// @}
   /// Processes what is queued without further waiting. With wheels nothing may follow; otherwise
   /// later measurements are waited for again.
   void finish();
@@ -311,7 +329,7 @@ class RadarSlamStream {
   /// The stream that delays a scan ("odometry"); empty if none. Not determined with wheels.
   [[nodiscard]] std::string_view waits_for() const;
 
-  [[nodiscard]] const RadarSlam& slam() const;
+  [[nodiscard]] const RadarSlam& slam() const;  ///< the filter
   /// Of the sensor that frees cells, if used.
   [[nodiscard]] const OccupancyGrid& map() const;
   /// Results so far.

@@ -16,12 +16,14 @@ namespace wayfare {
 /// score, constraint or covariance that is not finite, a covariance that is not positive
 /// semi-definite. None of them placed a scan or closed a loop.
 struct MatcherErrors {
-  std::size_t count = 0;
-  std::string first;  ///< where and why: "loop: the matcher's result is not finite: its pose"
+  std::size_t count = 0;  ///< number of all
+  std::string first;      ///< where and why: "loop: the matcher's result is not finite: its pose"
 
+  /// Counts one.
   void add(const Error& error) {
     if (count++ == 0) first = error.message;
   }
+  /// Counts `more`; `where` is put in front of the first message.
   void add(const MatcherErrors& more, std::string_view where = {}) {
     if (count == 0 && more.count > 0)
       first = where.empty() ? more.first : std::string(where) + ": " + more.first;
@@ -31,10 +33,10 @@ struct MatcherErrors {
 
 /// Result of one scan.
 struct ScanOutcome {
-  Transform2<frame::Map, frame::Base> T_map_base;
+  Transform2<frame::Map, frame::Base> T_map_base;  ///< pose of the scan by the graph or map so far
   double score = 0.0;    ///< agreement with the local map in [0, 1]; 0 where not matched
   bool matched = false;  ///< false: too few points or poor agreement; the predicted pose is kept
-  bool became_node = false;
+  bool became_node = false;      ///< it was added to the graph or map
   int loop_closures = 0;         ///< found at this scan
   MatcherErrors matcher_errors;  ///< at this scan, or in the search for loops joined at it
 };

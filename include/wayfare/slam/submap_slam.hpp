@@ -30,23 +30,25 @@ namespace wayfare {
 
 /// Negative counts are taken as zero.
 struct SubmapSlamOptions {
-  Transform2<frame::Base, frame::Laser> T_base_laser{};
+  Transform2<frame::Base, frame::Laser> T_base_laser{};  ///< mounting of the laser
 
   // Points.
   double max_range_m = 30.0;  ///< farther returns are not used; at most 60
   double voxel_m = 0.03;      ///< one point per square of this side; larger: faster, coarser
 
   // Motion.
+  /// Noise of odometry between scans.
   MotionNoise odometry{0.06, 0.50, 0.04, Angle::degrees(3.0), 0.4, 0.2};
+  /// Without odometry.
   MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
   /// Standard deviation of a gyroscope's heading change between scans: floor, and share of the
   /// change.
   Angle gyro_floor = Angle::degrees(0.5);
-  double gyro_per_rad = 0.02;
+  double gyro_per_rad = 0.02;  ///< of the change
   double search_sigmas = 4.0;  ///< half width of the search window, in σ of the prediction
 
   // Submaps.
-  MultiResolutionOptions grid{};
+  MultiResolutionOptions grid{};  ///< grids of a submap and inverse sensor model
   /// Heading step of the start poses: between scans a robot may turn beyond the basin of
   /// convergence.
   GaussNewtonOptions match{.max_iterations = 20, .start_step = Angle::degrees(4)};
@@ -91,17 +93,24 @@ struct MotionHint {
   std::optional<Angle> turn{};  ///< heading change since the previous scan, by a gyroscope
 };
 
+/// Counts of scans, submaps and loop closures.
 struct SubmapSlamStatistics {
-  std::size_t scans = 0, unmatched_scans = 0, nodes = 0, submaps = 0, forgotten_submaps = 0;
-  std::size_t loop_closures = 0, loops_refused = 0, optimisations = 0;
-  MatcherErrors matcher_errors;
+  std::size_t scans = 0,          ///< accepted
+      unmatched_scans = 0,        ///< kept at their prediction
+      nodes = 0,                  ///< in the graph
+      submaps = 0,                ///< begun
+      forgotten_submaps = 0;      ///< dropped by max_submaps
+  std::size_t loop_closures = 0,  ///< accepted
+      loops_refused = 0,          ///< candidates matched and rejected
+      optimisations = 0;          ///< of the graph
+  MatcherErrors matcher_errors;   ///< of the matcher's Errors and invalid results
 };
 
 /// Pose of the latest scan, in a frame that loop closures do not deform.
 struct LocalPlacement {
-  Transform2<frame::Odom, frame::Base> T_local_base;
-  bool matched = false;  ///< false: predicted
-  double openness = 1;   ///< degeneracy; 0: all directions constrained, 1: one direction not at all
+  Transform2<frame::Odom, frame::Base> T_local_base;  ///< continuous
+  bool matched = false;                               ///< false: predicted
+  double openness = 1;  ///< degeneracy; 0: all directions constrained, 1: one direction not at all
   /// Of the match, from the scan's points alone: x, y along the base's axes, m, heading, rad.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector3d predicted_sigma = Eigen::Vector3d::Zero();  ///< of the predicted pose
@@ -124,6 +133,7 @@ class SubmapSlamSystem {
   [[nodiscard]] Trajectory trajectory() const;
   /// Poses of submaps and nodes; loop closures are the edges marked `robust`.
   [[nodiscard]] const PoseGraph2& graph() const;
+  /// Counts so far.
   [[nodiscard]] const SubmapSlamStatistics& statistics() const;
   /// After `restore` the pose alone is known until the next scan.
   [[nodiscard]] const LocalPlacement& local() const;
@@ -139,7 +149,9 @@ class SubmapSlamSystem {
  protected:
   /// Scans of the unfinished submap are matched by `options.match`, loops on a smooth grid.
   explicit SubmapSlamSystem(const SubmapSlamOptions& options);
+  /// With the maps of a matcher.
   SubmapSlamSystem(const SubmapSlamOptions& options, detail::SubmapMaps maps);
+  /// The state that `save` returned. Errors: those of BasicSubmapSlam::restore.
   Result<void> load(std::span<const std::uint8_t> bytes);
 
  private:
@@ -159,9 +171,11 @@ class SubmapSlamSystem {
 template <SlamMatcher M>
 class BasicSubmapSlam : public SubmapSlamSystem {
  public:
+  /// With the matcher of the options.
   explicit BasicSubmapSlam(
       const SubmapSlamOptions& options = {}) requires std::same_as<M, GaussNewtonMatcher>
       : SubmapSlamSystem(options) {}
+  /// Copies the matcher.
   explicit BasicSubmapSlam(const M& matcher, const SubmapSlamOptions& options = {})
       : SubmapSlamSystem(options, detail::submap_maps(matcher, matcher, options.grid,
                                                       options.T_base_laser.raw().translation())) {}
@@ -175,6 +189,7 @@ class BasicSubmapSlam : public SubmapSlamSystem {
       const SubmapSlamOptions& options = {}) requires std::same_as<M, GaussNewtonMatcher> {
     return BasicSubmapSlam(options).loaded(bytes);
   }
+  /// With the matcher the state was saved under.
   [[nodiscard]] static Result<BasicSubmapSlam> restore(std::span<const std::uint8_t> bytes,
                                                        const M& matcher,
                                                        const SubmapSlamOptions& options = {}) {
@@ -188,17 +203,17 @@ class BasicSubmapSlam : public SubmapSlamSystem {
   }
 };
 
-using SubmapSlam = BasicSubmapSlam<GaussNewtonMatcher>;
+using SubmapSlam = BasicSubmapSlam<GaussNewtonMatcher>;  ///< by Gauss-Newton matching in the grids
 
 /// Results for a whole recording.
 struct SubmapSlamRun {
-  Trajectory trajectory;
-  PoseGraph2 graph;
-  OccupancyGrid map;
-  SubmapSlamStatistics statistics;
-  std::size_t refused_scans = 0;
-  std::string first_refusal;  ///< reason for the first of them
-  std::size_t memory_bytes = 0;
+  Trajectory trajectory;            ///< one pose per accepted scan
+  PoseGraph2 graph;                 ///< of submaps and nodes
+  OccupancyGrid map;                ///< of all nodes kept
+  SubmapSlamStatistics statistics;  ///< counts
+  std::size_t refused_scans = 0;    ///< by add_scan
+  std::string first_refusal;        ///< reason for the first of them
+  std::size_t memory_bytes = 0;     ///< at the end
   std::vector<std::uint8_t> state;  ///< SubmapSlam::save() at the end
 };
 

@@ -28,8 +28,8 @@ namespace wayfare {
 /// transmitter with all receivers, one transmitter after the other, the first one's to the left.
 struct RadarArray {
   double max_speed_m_s = 0.0;  ///< radial speeds wrap here; 0: unknown, no correction
-  int transmitters = 2;
-  int receivers = 4;
+  int transmitters = 2;        ///< in time-division multiplexing
+  int receivers = 4;           ///< of each transmitter's row
   /// Points with a larger Doppler mismatch, as a fraction of max_speed_m_s, are not corrected.
   double max_mismatch = 0.25;
 
@@ -64,6 +64,7 @@ struct RadarArray {
   return corrected;
 }
 
+/// Time base, gathering of radar frames and geometry of a RobotSynchroniser.
 struct SyncParams {
   Duration period{50'000'000};  ///< of the time base
   std::size_t scans = 20;       ///< radar frames gathered into one; 10 to 40 in the source
@@ -78,36 +79,38 @@ struct SyncParams {
   /// A longer silence of all streams is one step: a damaged stamp does not give a step for each
   /// period of the years up to it.
   Duration longest_silence = std::chrono::hours(1);
-  double wheel_base_m = 0.0;  ///< as in the recording
-  Transform2<frame::Base, frame::Radar> T_base_radar = {};
+  double wheel_base_m = 0.0;                                ///< as in the recording
+  Transform2<frame::Base, frame::Radar> T_base_radar = {};  ///< mounting of the radar
   /// Bearings are corrected for the robot's motion where the array's largest speed is known.
   RadarArray array = {};
 };
 
 /// Consecutive radar frames as one scan, in the robot's pose at the time of the first.
 struct AugmentedScan {
-  LogTime time;   ///< of the first frame
-  LogTime until;  ///< of the last
-  std::size_t scans = 0;
-  PointSet points;  ///< in the robot's own axes (base) at `time`
+  LogTime time;           ///< of the first frame
+  LogTime until;          ///< of the last
+  std::size_t scans = 0;  ///< number of frames gathered
+  PointSet points;        ///< in the robot's own axes (base) at `time`
 };
 
 /// Measurements since the previous step, up to `time`.
 struct SyncedStep {
-  LogTime time;
+  LogTime time;        ///< end of the step
   Duration since{0};   ///< since the previous step; 0 in the first
   WheelSample wheels;  ///< metres rolled since the previous step, interpolated
   GyroSample gyro;     ///< mean rate since the previous step
   /// False where the wheels were silent or not finite. They then count nothing; the distance over
   /// the gap is added to the step that reaches the next sample.
   bool wheels_known = false;
-  bool gyro_known = false;  ///< false where the gyro was silent; its rate is then 0
-  std::optional<AugmentedScan> radar = {};
-  std::optional<LaserScan> laser = {};
+  bool gyro_known = false;                  ///< false where the gyro was silent; its rate is then 0
+  std::optional<AugmentedScan> radar = {};  ///< whose first frame is at `time`
+  std::optional<LaserScan> laser = {};      ///< taken at `time`
 
+  /// Distance of the robot's centre since the previous step, m.
   [[nodiscard]] double forward_m() const { return 0.5 * (wheels.left_m + wheels.right_m); }
 };
 
+/// Counts of measurements that were not used.
 struct SyncStatistics {
   /// Not later than the previous one of its stream, or than a step, or at the end of the range of
   /// LogTime.
@@ -122,19 +125,23 @@ struct SyncStatistics {
 /// its last frame and on the wheels' first sample from there on.
 class RobotSynchroniser {
  public:
+  /// Requires a positive period and number of scans.
   explicit RobotSynchroniser(const SyncParams& params);
 
+  /// @{
   /// False where the measurement was rejected.
   bool push(const WheelSample& sample);
   bool push(const GyroSample& sample);
   bool push(const RadarScan& scan);
   bool push(const LaserScan& scan);
+  /// @}
   /// Ends the streams: the remaining steps are available at once.
   void finish();
 
   /// The next step, in order of time, once it is complete.
   [[nodiscard]] std::optional<SyncedStep> next();
 
+  /// Counts so far.
   [[nodiscard]] const SyncStatistics& statistics() const;
 
  private:

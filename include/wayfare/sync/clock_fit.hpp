@@ -23,10 +23,11 @@ namespace wayfare {
 /// One instant on a device's clock and on the recording's.
 template <class Device>
 struct ClockPair {
-  Time<Device> device;
-  LogTime log;
+  Time<Device> device;  ///< time by the device's clock
+  LogTime log;          ///< the same instant by the recording's
 };
 
+/// Rejection of outliers in fit_clock.
 struct ClockFitOptions {
   /// Stamps on the log's clock are late, never early, by a varying delay (messages wait to be
   /// read): the line is then fitted to the earliest ones instead of the mean.
@@ -39,12 +40,13 @@ struct ClockFitOptions {
 /// log = log_origin + rate · (device − device_origin).
 template <class Device>
 struct ClockFit {
-  Time<Device> device_origin;
-  LogTime log_origin;
-  double rate = 1.0;
-  double residual_s = 0.0;  ///< standard deviation of the pairs used
-  std::size_t used = 0;
+  Time<Device> device_origin;  ///< time of the first pair
+  LogTime log_origin;          ///< the line's value at device_origin
+  double rate = 1.0;           ///< seconds of the log per second of the device
+  double residual_s = 0.0;     ///< standard deviation of the pairs used
+  std::size_t used = 0;        ///< number of pairs the last fit used
 
+  /// The log's time at which the device's clock showed `device`.
   [[nodiscard]] LogTime operator()(Time<Device> device) const {
     const double since_s = to_seconds(device - device_origin);
     return log_origin + (device - device_origin) + from_seconds((rate - 1.0) * since_s);
@@ -101,6 +103,7 @@ template <class Device>
   return fit;
 }
 
+/// Window of arrivals and bounds of a ClockEnvelope.
 struct ClockEnvelopeOptions {
   Duration window = std::chrono::seconds(60);        ///< older arrivals are dropped
   Duration bucket = std::chrono::milliseconds(250);  ///< the earliest arrival of each is used
@@ -110,8 +113,10 @@ struct ClockEnvelopeOptions {
   double max_drift = 5e-4;      ///< rates further from 1 are rejected
 };
 
+/// Host times of a device's stamps, from delayed arrivals, one after the other.
 class ClockEnvelope {
  public:
+  /// Without arrivals yet.
   explicit ClockEnvelope(const ClockEnvelopeOptions& options = {}) : options_(options) {}
 
   /// The time of a measurement with the device's stamp `device` that arrived at `arrived`, up to
@@ -128,7 +133,9 @@ class ClockEnvelope {
 
   /// The current line; undefined before the first arrival.
   [[nodiscard]] LogTime operator()(Time<DeviceClock> device) const { return line_(device); }
+  /// Seconds of the host per second of the device.
   [[nodiscard]] double rate() const { return line_.rate; }
+  /// Number of times the device's clock jumped or ran backwards, and the line was started anew.
   [[nodiscard]] std::size_t restarts() const { return restarts_; }
 
  private:

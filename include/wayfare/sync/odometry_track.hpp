@@ -1,5 +1,7 @@
 #pragma once
 
+// Odometry and gyro between their samples.
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -17,6 +19,7 @@ namespace wayfare {
 /// the first and after the last sample. Samples are in order of time; their span must outlive this.
 class OdometryTrack {
  public:
+  /// A view of the samples.
   explicit OdometryTrack(std::span<const OdometrySample> samples) : samples_(samples) {}
 
   /// nullopt where there are no samples.
@@ -40,6 +43,7 @@ class OdometryTrack {
 /// time; the span must outlive this.
 class GyroTurn {
  public:
+  /// A view of the samples.
   explicit GyroTurn(std::span<const GyroSample> samples) : samples_(samples) {}
 
   /// nullopt where there is a gap of half a second, no sample up to `to`, or `to` before `from`.

@@ -27,16 +27,17 @@ namespace wayfare::testing {
 
 /// The properties of a message that the laws compare.
 struct SeenMessage {
-  std::uint64_t position = 0;
-  std::uint64_t length = 0;
-  std::string text;  ///< its content without the position
+  std::uint64_t position = 0;  ///< of its first byte in the stream
+  std::uint64_t length = 0;    ///< bytes
+  std::string text;            ///< its content without the position
 
+  /// Equal in position, length and content.
   bool operator==(const SeenMessage&) const = default;
 };
 
 /// Results on damaged streams.
 struct DamageReport {
-  std::uint64_t streams = 0;
+  std::uint64_t streams = 0;       ///< damaged streams decoded
   std::uint64_t edits = 0;         ///< cuts, flips and insertions
   std::uint64_t damaged = 0;       ///< frames with bytes cut, changed or separated
   std::uint64_t undamaged = 0;     ///< the others
@@ -68,17 +69,19 @@ struct DamageReport {
 
 /// A damaged stream; `origin` is a byte's position in the undamaged one, or -1.
 struct DamagedStream {
-  std::vector<std::uint8_t> bytes;
-  std::vector<long> origin;
-  std::uint64_t edits = 0;
+  std::vector<std::uint8_t> bytes;  ///< of the damaged stream
+  std::vector<long> origin;         ///< of each byte
+  std::uint64_t edits = 0;          ///< cuts, flips and insertions made
 };
 
+/// The stream with the origin of each byte.
 [[nodiscard]] inline DamagedStream undamaged(const std::vector<std::uint8_t>& stream) {
   DamagedStream d{stream, std::vector<long>(stream.size()), 0};
   for (std::size_t i = 0; i < stream.size(); ++i) d.origin[i] = static_cast<long>(i);
   return d;
 }
 
+/// With one to `edits` random cuts, bit flips and insertions of 1 to 20 bytes.
 [[nodiscard]] inline DamagedStream damaged(const std::vector<std::uint8_t>& stream, Rng& rng,
                                            int edits) {
   DamagedStream d = undamaged(stream);
@@ -150,25 +153,32 @@ inline void judge(const std::vector<SeenMessage>& frames, const DamagedStream& d
       static_cast<std::uint64_t>(std::count(true_frame.begin(), true_frame.end(), false));
 }
 
+/// Fails the current test where a decoder depends on the chunks of its stream, loses frames to
+/// bytes
+/// between them, or examines bytes without bound.
 template <class Decoder>
 struct DecoderLaws {
+  /// A message in words.
   using Text = std::function<std::string(const typename Decoder::Message&)>;
 
   std::vector<std::uint8_t> stream;  ///< complete undamaged frames only
-  Text text;
+  Text text;                         ///< compared instead of messages
   /// A decoder that is ready for `stream`.
   std::function<std::unique_ptr<Decoder>()> make = [] { return std::make_unique<Decoder>(); };
   /// Upper limit of how often a byte is examined, for any input.
   double work_per_byte = 32.0;
 
+  /// All laws on `stream`.
   void check() const {
     any_split_gives_the_same();
     garbage_costs_nothing();
     work_is_bounded();
   }
 
-  using Seen = std::vector<SeenMessage>;
+  using Seen = std::vector<SeenMessage>;  ///< in the order delivered
 
+  /// The messages of a new decoder fed `bytes` in pieces of these lengths, the last one for the
+  /// rest.
   [[nodiscard]] Seen decode(const std::vector<std::uint8_t>& bytes,
                             const std::vector<std::size_t>& chunks = {},
                             decode::DecoderStatistics* statistics = nullptr) const {

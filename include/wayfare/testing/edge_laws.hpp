@@ -23,12 +23,13 @@ namespace wayfare::testing {
 /// error is not finite at finite values.
 template <Edge E>
 struct EdgeLaws {
-  std::vector<E> edges;
+  std::vector<E> edges;     ///< checked one by one, at least one
   double scale = 1.0;       ///< size of the steps from the origin to the values tried
   int trials = 50;          ///< for each edge
   double tolerance = 1e-6;  ///< of a Jacobian's element, relative to the largest, from 1 up
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;   ///< of the values
 
+  /// Every edge at random values of its variables.
   void check() const {
     ASSERT_FALSE(edges.empty()) << "no edges to check";
     Rng rng(seed);

@@ -47,15 +47,17 @@ template <class Derived>
   return ::testing::AssertionSuccess();
 }
 
+/// Fails the current test where a prediction or an update of `filter` breaks a law of Kalman
+/// filters.
 template <Manifold M>
 struct FilterLaws {
-  Ekf<M> filter;
+  Ekf<M> filter;  ///< with the state and covariance to start from
   /// Greatest difference between two ways to compute a covariance, relative to √(PᵢᵢPⱼⱼ).
   double tolerance = 1e-9;
 
-  using Scalar = typename ManifoldTraits<M>::Scalar;
-  using Square = SquareOf<M>;
-  using Row = Eigen::Matrix<Scalar, 1, ManifoldTraits<M>::kDof>;
+  using Scalar = typename ManifoldTraits<M>::Scalar;              ///< of the state
+  using Square = SquareOf<M>;                                     ///< covariances
+  using Row = Eigen::Matrix<Scalar, 1, ManifoldTraits<M>::kDof>;  ///< a row of H
 
   /// Prediction keeps P a covariance, and equals Φ P Φᵀ + Q if the process gives Φ and Q.
   template <class Process, class... Input>
@@ -140,11 +142,13 @@ struct FilterLaws {
   using Dense =
       VectorMeasurement<Scalar, Rows, Eigen::Matrix<Scalar, Rows, ManifoldTraits<M>::kDof>>;
 
+  /// With every column of H, those of zeros too.
   template <class R>
   [[nodiscard]] static Dense<1> dense(const ScalarMeasurement<Scalar, R>& m) {
     using One = Eigen::Matrix<Scalar, 1, 1>;
     return {One(m.innovation), dense(m.row), One(m.variance)};
   }
+  /// With every column of H, those of zeros too.
   template <int Rows, int K>
   [[nodiscard]] static Dense<Rows> dense(
       const VectorMeasurement<Scalar, Rows, SparseRows<Scalar, Rows, K>>& m) {
@@ -154,18 +158,22 @@ struct FilterLaws {
       all.rows.col(m.rows.index[k]) += m.rows.value.col(static_cast<Eigen::Index>(k));
     return all;
   }
+  /// Itself.
   template <int Rows>
   [[nodiscard]] static Dense<Rows> dense(const Dense<Rows>& m) {
     return m;
   }
+  /// With every column, those of zeros too.
   template <int K>
   [[nodiscard]] static Row dense(const SparseRow<Scalar, K>& row) {
     Row h = Row::Zero();
     for (std::size_t k = 0; k < K; ++k) h[row.index[k]] += row.value[k];
     return h;
   }
+  /// Itself.
   [[nodiscard]] static Row dense(const Row& row) { return row; }
 
+  /// Fails where an element differs by more than `tolerance` times √(PᵢᵢPⱼⱼ) of `expected`.
   void expect_same(const Square& actual, const Square& expected, const char* law) const {
     const auto s = expected.diagonal().cwiseAbs().cwiseSqrt().eval();
     for (int i = 0; i < s.size(); ++i) {

@@ -21,12 +21,13 @@
 
 namespace wayfare::testing {
 
+/// Fails the current test where a gate of innovations of dimension `Dim` breaks its laws.
 template <class G, int Dim = 1>
 requires UpdateGate<G, double, Dim>
 struct GateLaws {
-  G gate;
-  int trials = 50;
-  std::uint64_t seed = 1;
+  G gate;                  ///< under test
+  int trials = 50;         ///< directions of innovations tried
+  std::uint64_t seed = 1;  ///< of the innovations
 
   /// Weights are from 0 to 1, 1 without an innovation, and do not increase where an innovation
   /// grows in one direction.

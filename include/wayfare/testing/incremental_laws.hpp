@@ -47,9 +47,10 @@ template <class Graph>
 struct IncrementalLaws {
   /// Adds step 0, 1, … to a graph: variables at their initial values, edges, what is fixed.
   std::function<void(int step, Graph& graph)> grow;
-  int steps = 20;
+  int steps = 20;           ///< number of steps
   double tolerance = 1e-6;  ///< of the cost, relative, from 1 up
 
+  /// All laws.
   void check() const {
     equals_batch();
     refuses_without_a_trace();
@@ -99,6 +100,7 @@ struct IncrementalLaws {
     }
   }
 
+  /// Full optimisations with 1, 2 and 5 threads end at the same values, bit for bit.
   void does_not_depend_on_threads() const {
     IncrementalGraphOptimiser<Graph> one;
     for (const int threads : {1, 2, 5}) {

@@ -12,12 +12,14 @@
 
 namespace wayfare::testing {
 
+/// Fails the current test where ρ(s), s the squared error in standard deviations, breaks its laws.
 template <KernelFunction K>
 struct KernelLaws {
-  K kernel;
+  K kernel;                 ///< under test
   double largest = 1e6;     ///< s up to which the laws are checked
   double tolerance = 1e-7;  ///< of ρ′
 
+  /// All laws.
   void check() const {
     small_errors_are_kept();
     grows_more_and_more_slowly();

@@ -16,14 +16,16 @@
 
 namespace wayfare::testing {
 
+/// Fails the current test where ⊞ and ⊟ of a type break the laws of a manifold.
 template <Manifold M>
 struct ManifoldLaws {
-  using Traits = ManifoldTraits<M>;
-  using Scalar = typename Traits::Scalar;
-  using Tangent = TangentOf<M>;
+  using Traits = ManifoldTraits<M>;        ///< the operations under test
+  using Scalar = typename Traits::Scalar;  ///< of the tangent vectors
+  using Tangent = TangentOf<M>;            ///< kDof × 1
 
-  LawInputs<M> inputs{};
+  LawInputs<M> inputs{};  ///< points, tangent vectors and tolerance
 
+  /// All laws of a manifold.
   void check() const {
     zero_moves_nothing();
     plus_undoes_minus();
@@ -75,22 +77,26 @@ struct ManifoldLaws {
     }
   }
 
+  /// Fails where ‖actual ⊟ expected‖ is above the tolerance.
   void expect_same(const M& actual, const M& expected, const char* law) const {
     expect_small(Traits::minus(actual, expected), law);
   }
+  /// Fails where the norm is above the tolerance.
   void expect_small(const Tangent& difference, const char* law) const {
     EXPECT_LE(difference.norm(), inputs.tolerance) << law << ", off by " << difference.transpose();
   }
 };
 
+/// Fails the current test where a type breaks the laws of a manifold or of a Lie group.
 template <LieGroup G>
 struct LieGroupLaws : ManifoldLaws<G> {
-  using Base = ManifoldLaws<G>;
+  using Base = ManifoldLaws<G>;  ///< laws of the manifold
   using typename Base::Scalar;
   using typename Base::Tangent;
-  using Jacobian = SquareOf<G>;
+  using Jacobian = SquareOf<G>;  ///< kDof × kDof
   using Base::inputs;
 
+  /// All laws of a manifold and of a group; action() where it acts on points.
   void check() const {
     Base::check();
     identity();
@@ -220,15 +226,18 @@ struct LieGroupLaws : ManifoldLaws<G> {
     }
   }
 
+  /// Fails where ‖a − b‖ is above the tolerance of the inputs.
   void expect_same_matrix(const Jacobian& a, const Jacobian& b, const char* law) const {
     expect_matrix_near(a, b, law, inputs.tolerance);
   }
+  /// Fails where ‖a − b‖ is above `tolerance`.
   static void expect_matrix_near(const Jacobian& a, const Jacobian& b, const char* law,
                                  Scalar tolerance) {
     EXPECT_LE((a - b).norm(), tolerance) << law << "\n" << a << "\nagainst\n" << b;
   }
   /// Balances the truncation error of central differences, h², with their rounding error, ε/h.
   static Scalar difference_step() { return std::cbrt(LawInputs<G>::kEpsilon); }
+  /// Twenty times the truncation error of differences by that step.
   static Scalar difference_tolerance() { return 20 * difference_step() * difference_step(); }
 };
 

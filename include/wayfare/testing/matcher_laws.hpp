@@ -30,21 +30,22 @@ namespace wayfare::testing {
 /// accepts invalid input.
 template <ScanMatcher M>
 struct MatcherLaws {
-  using Map = typename M::Map;
+  using Map = typename M::Map;  ///< that the matcher reads
 
-  M matcher{};
+  M matcher{};  ///< under test
   /// The map of some scans: by `make_map`, if the matcher has it.
   std::function<Result<Map>(std::span<const PlacedPoints>)> map_of = {};
-  // Offsets of the prior that are found, and errors of what is found.
+  /// Largest offset of the prior along an axis that must be found, m.
   double offset_m = 0.1;
-  Angle turn = Angle::degrees(4);
-  double near_m = 0.05;
-  Angle near_turn = Angle::degrees(0.6);
-  double least_score = 0.5;  ///< of these matches
-  double cell_m = 0.05;      ///< by which the matcher rounds windows up
-  int trials = 20;
-  std::uint64_t seed = 1;
+  Angle turn = Angle::degrees(4);         ///< largest rotation of the prior that must be found
+  double near_m = 0.05;                   ///< largest error of the position found, m
+  Angle near_turn = Angle::degrees(0.6);  ///< largest error of the heading found
+  double least_score = 0.5;               ///< of these matches
+  double cell_m = 0.05;                   ///< by which the matcher rounds windows up
+  int trials = 20;                        ///< offsets tried
+  std::uint64_t seed = 1;                 ///< of the room's views and the offsets
 
+  /// All laws.
   void check() {
     if constexpr (MappingMatcher<M>) {
       if (!map_of)

@@ -25,11 +25,12 @@
 
 namespace wayfare::testing {
 
+/// Fails the current test where a likelihood or a motion breaks what a particle filter relies on.
 template <Manifold State>
 struct ParticleLaws {
-  int trials = 200;
-  int samples = 20000;
-  std::uint64_t seed = 1;
+  int trials = 200;        ///< states of check_likelihood
+  int samples = 20000;     ///< draws of check_sampler
+  std::uint64_t seed = 1;  ///< of states and draws
 
   /// At states drawn from `around` the likelihood is finite or -inf, and the same bits whatever it
   /// was asked before.

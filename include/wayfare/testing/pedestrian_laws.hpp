@@ -22,13 +22,15 @@
 
 namespace wayfare::testing {
 
+/// Fails the current test where a step length is none, or its factor does not scale it.
 template <StepLengthModel M>
 struct StepLengthLaws {
-  M model;
+  M model;                 ///< under test
   double longest_m = 3.0;  ///< of the steps of a walk
-  int trials = 100;
-  std::uint64_t seed = 1;
+  int trials = 100;        ///< number of steps of the walk
+  std::uint64_t seed = 1;  ///< of the steps
 
+  /// All laws that apply.
   void check() const {
     lengths_are_those_of_steps();
     if constexpr (ScaledStepLength<M>) factor_scales_all_lengths();
@@ -48,6 +50,7 @@ struct StepLengthLaws {
         << "length " << first << " m of a step of 0 s";
   }
 
+  /// Twice the factor gives twice the length, and calibrated() fits a walk of 100 m.
   void factor_scales_all_lengths() const requires ScaledStepLength<M> {
     M twice = model;
     twice.factor *= 2.0;
@@ -76,15 +79,16 @@ struct StepLengthLaws {
   }
 };
 
+/// Fails the current test where a statistic does not tell stance from swing.
 template <ZeroVelocityStatistic S>
 struct StanceLaws {
-  S statistic;
-  double gravity_mps2 = 9.80665;
-  double quiet = 1.0;        ///< limit of the statistic of a unit at rest
-  double moving = 10.0;      ///< least statistic of a unit in a swing
-  bool any_mounting = true;  ///< whether the statistic is independent of the unit's mounting
-  int trials = 50;
-  std::uint64_t seed = 1;
+  S statistic;                    ///< under test
+  double gravity_mps2 = 9.80665;  ///< of the readings at rest
+  double quiet = 1.0;             ///< limit of the statistic of a unit at rest
+  double moving = 10.0;           ///< least statistic of a unit in a swing
+  bool any_mounting = true;       ///< whether the statistic is independent of the unit's mounting
+  int trials = 50;                ///< attitudes and mountings tried
+  std::uint64_t seed = 1;         ///< of the readings
 
   /// From 0 to `quiet` at rest in any attitude, at least `moving` in a swing, finite for all
   /// readings, and the same in every mounting.

@@ -43,18 +43,19 @@ void expect_solves(S& solver, BlockSparse<S::kBlock>& h, Rng& rng, double tolera
 /// FactorOutcome.
 template <LinearSolver S>
 struct SolverLaws {
-  static constexpr int kBlock = S::kBlock;
-  using Matrix = BlockSparse<kBlock>;
-  using Square = Eigen::Matrix<double, kBlock, kBlock>;
-  using Vector = Eigen::Matrix<double, kBlock, 1>;
+  static constexpr int kBlock = S::kBlock;               ///< side of a block
+  using Matrix = BlockSparse<kBlock>;                    ///< H
+  using Square = Eigen::Matrix<double, kBlock, kBlock>;  ///< a block
+  using Vector = Eigen::Matrix<double, kBlock, 1>;       ///< of a block's row
 
   bool names_block = true;      ///< whether the solver reports FactorOutcome::block
   bool names_direction = true;  ///< and FactorOutcome::direction
   double tolerance = 1e-12;     ///< of solutions, relative, where H is diagonally dominant
   /// Information that determines a part of H, relative to that of its couplings.
   double little = 1e-7;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;  ///< of the matrices
 
+  /// All laws; those of threads and of selected inverses where the solver offers them.
   void check() const {
     solves_every_pattern();
     keeps_what_it_factorised();

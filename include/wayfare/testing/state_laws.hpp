@@ -24,13 +24,14 @@
 
 namespace wayfare::testing {
 
+/// Fails the current test where a composed state, a process or a measurement breaks its laws.
 template <class S>
 struct StateLaws {
-  S origin{};
-  double scale = 1.0;  ///< size of the steps from `origin` to the states tried
-  int trials = 20;
+  S origin{};               ///< from which states are tried
+  double scale = 1.0;       ///< size of the steps from `origin` to the states tried
+  int trials = 20;          ///< number of states
   double tolerance = 1e-6;  ///< of a derivative, relative to the largest, from 1 up
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;   ///< of the states
 
   /// The state is a manifold, and its names are distinct.
   void check_state() const {

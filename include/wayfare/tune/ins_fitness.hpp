@@ -23,16 +23,18 @@
 
 namespace wayfare {
 
+/// 4 × 2 × 3 of the processes, 2 × 3 white noises, 3 of the receiver.
 inline constexpr std::size_t kInsGenes = 33;
 
 /// Largest ratio of a parameter to its nominal value and vice versa.
 struct InsGeneSpans {
-  double noise = 30.0;  ///< standard deviations and white noises
-  double tau = 30.0;
-  double clock = 30.0;
-  double range_scale = 10.0;
+  double noise = 30.0;        ///< standard deviations and white noises
+  double tau = 30.0;          ///< correlation times
+  double clock = 30.0;        ///< random walks of the receiver clock
+  double range_scale = 10.0;  ///< factor of the ranges' standard deviations
 };
 
+/// The 33 parameters of these options, in the order above.
 [[nodiscard]] std::vector<double> ins_genes(const GnssInsOptions& options);
 /// `options` with these 33 parameters replaced.
 [[nodiscard]] GnssInsOptions with_ins_genes(const GnssInsOptions& options,
@@ -43,31 +45,42 @@ struct InsGeneSpans {
 
 /// A drive to tune on.
 struct TuningDrive {
-  std::vector<ImuSample> imu;
+  std::vector<ImuSample> imu;      ///< readings of the unit, in order of time
   std::vector<RangeEpoch> ranges;  ///< of one clock: inter-system offsets removed
   /// True state of the unit; none outside the reference.
   std::function<std::optional<NavState>(LogTime)> truth;
-  bool has_level = true, has_heading = true;  ///< known parts of the true attitude
-  GnssInsOptions options;                     ///< mounting, lever arm, gate and time offset
-  GnssInsStart start;
+  bool has_level = true,   ///< roll and pitch of the truth are known
+      has_heading = true;  ///< its heading is known
+  GnssInsOptions options;  ///< mounting, lever arm, gate and time offset
+  GnssInsStart start;      ///< initial state of the filter and its uncertainty
 };
 
 /// Root mean square errors; angles in degrees.
 struct InsRmse {
-  double north_m = 0.0, east_m = 0.0, down_m = 0.0;
-  double roll_deg = 0.0, pitch_deg = 0.0, heading_deg = 0.0;
+  double north_m = 0.0,   ///< towards north
+      east_m = 0.0,       ///< towards east
+      down_m = 0.0;       ///< down
+  double roll_deg = 0.0,  ///< about the axis forward
+      pitch_deg = 0.0,    ///< to the right
+      heading_deg = 0.0;  ///< about the vertical
 };
 
 /// Weights of the errors in the fitness; heading has the largest.
 struct InsFitnessWeights {
-  double north = 1.0, east = 1.0, down = 1.0;
-  double roll = 1.0, pitch = 1.0, heading = 2.0;
+  double north = 1.0,  ///< of the error in m
+      east = 1.0,      ///< of the error in m
+      down = 1.0;      ///< of the error in m
+  double roll = 1.0,   ///< of the error in degrees
+      pitch = 1.0,     ///< of the error in degrees
+      heading = 2.0;   ///< of the error in degrees
 
+  /// The weighted sum of the errors: the score, lower is better.
   [[nodiscard]] double sum(const InsRmse& e) const;
 };
 
+/// How a drive is scored.
 struct InsFitnessOptions {
-  InsFitnessWeights weights;
+  InsFitnessWeights weights;      ///< of the errors in the score
   double score_interval_s = 0.2;  ///< between comparisons with the truth
   int threads = 1;                ///< does not change results
   /// "avx512", "avx2", "baseline"; empty: the widest available. Does not change results.
@@ -90,6 +103,7 @@ class InsFitness {
   /// One score per row of kInsGenes; infinity on divergence.
   void operator()(std::span<const double> individuals, std::span<double> scores,
                   const std::function<void(double)>& progress = {}) const;
+  /// Errors of each row of kInsGenes over the drive, in their own units.
   [[nodiscard]] std::vector<InsRmse> rmse(std::span<const double> individuals,
                                           const std::function<void(double)>& progress = {}) const;
 

@@ -12,7 +12,7 @@
 
 namespace wayfare::decode {
 
-using Bytes = std::span<const std::uint8_t>;
+using Bytes = std::span<const std::uint8_t>;  ///< that another owns
 
 namespace detail {
 
@@ -51,12 +51,14 @@ template <Number T>
   return std::bit_cast<T>(static_cast<U>(bits));
 }
 
+/// Writes a number, its least significant byte first.
 template <Number T>
 constexpr void store_le(T value, std::uint8_t* p) {
   const std::uint64_t bits = std::bit_cast<detail::UnsignedOf<sizeof(T)>>(value);
   for (std::size_t i = 0; i < sizeof(T); ++i) p[i] = static_cast<std::uint8_t>(bits >> (8 * i));
 }
 
+/// Writes a number, its most significant byte first.
 template <Number T>
 constexpr void store_be(T value, std::uint8_t* p) {
   const std::uint64_t bits = std::bit_cast<detail::UnsignedOf<sizeof(T)>>(value);

@@ -15,12 +15,13 @@ namespace wayfare::decode {
 
 /// Encoding of numbers: the lowest two bits of a packet's id.
 enum class MtPrecision : std::uint8_t {
-  float32 = 0,
-  fixed_12_20 = 1,
-  fixed_16_32 = 2,
-  float64 = 3
+  float32 = 0,      ///< IEEE 754, four bytes
+  fixed_12_20 = 1,  ///< twelve bits before the point
+  fixed_16_32 = 2,  ///< sixteen bits before the point
+  float64 = 3       ///< IEEE 754, eight bytes
 };
 
+/// Of one number.
 [[nodiscard]] constexpr std::size_t bytes_of(MtPrecision precision) {
   constexpr std::array<std::size_t, 4> kBytes = {4, 4, 6, 8};
   return kBytes[static_cast<std::size_t>(precision)];
@@ -42,10 +43,12 @@ enum class MtPrecision : std::uint8_t {
 
 /// A packet: id and data.
 struct MtPacket {
-  std::uint16_t id = 0;
-  Bytes data;
+  std::uint16_t id = 0;  ///< of the content, with precision and frame in its lowest bits
+  Bytes data;            ///< numbers, big endian
 
+  /// The id without precision and frame.
   [[nodiscard]] std::uint16_t kind() const { return static_cast<std::uint16_t>(id & 0xFFF0); }
+  /// Of the numbers.
   [[nodiscard]] MtPrecision precision() const { return static_cast<MtPrecision>(id & 3); }
 
   /// `N` numbers; nullopt where the packet has a different length or one is not finite.
@@ -82,27 +85,39 @@ bool for_each_mt_packet(Bytes data, F&& f) {
 
 /// Universal time, with flags of what is valid.
 struct MtUtc {
-  std::uint32_t nanoseconds = 0;
-  std::uint16_t year = 0;
-  std::uint8_t month = 0, day = 0, hour = 0, minute = 0, second = 0;
-  std::uint8_t flags = 0;  ///< bit 0 date, 1 time of day, 2 leap seconds are valid
+  std::uint32_t nanoseconds = 0;  ///< of the second
+  std::uint16_t year = 0;         ///< AD
+  std::uint8_t month = 0,         ///< 1 to 12
+      day = 0,                    ///< from 1
+      hour = 0,                   ///< 0 to 23
+      minute = 0,                 ///< 0 to 59
+      second = 0;                 ///< 0 to 60
+  std::uint8_t flags = 0;         ///< bit 0 date, 1 time of day, 2 leap seconds are valid
 
-  bool operator==(const MtUtc&) const = default;
+  bool operator==(const MtUtc&) const = default;  ///< all fields
 };
 
 /// A GNSS receiver's solution, in the units of the message.
 struct MtGnss {
-  std::uint32_t itow_ms = 0;
-  MtUtc utc;  ///< nanoseconds may be negative: see `nano`
-  std::uint32_t time_accuracy_ns = 0;
-  std::int32_t nano = 0;
-  std::uint8_t fix = 0, flags = 0, satellites = 0;
-  std::int32_t longitude_e7_deg = 0, latitude_e7_deg = 0, height_mm = 0, height_msl_mm = 0;
-  std::uint32_t horizontal_accuracy_mm = 0, vertical_accuracy_mm = 0;
-  std::array<std::int32_t, 3> velocity_ned_mmps{};
-  std::int32_t ground_speed_mmps = 0, heading_of_motion_e5_deg = 0;
-  std::uint32_t speed_accuracy_mmps = 0, heading_accuracy_e5_deg = 0;
-  std::int32_t heading_e5_deg = 0;
+  std::uint32_t itow_ms = 0;                        ///< GPS time of week
+  MtUtc utc;                                        ///< nanoseconds may be negative: see `nano`
+  std::uint32_t time_accuracy_ns = 0;               ///< estimate
+  std::int32_t nano = 0;                            ///< fraction of the second, may be negative, ns
+  std::uint8_t fix = 0,                             ///< kind of fix
+      flags = 0,                                    ///< as u-blox sends them
+      satellites = 0;                               ///< number used
+  std::int32_t longitude_e7_deg = 0,                ///< 1e-7°
+      latitude_e7_deg = 0,                          ///< 1e-7°
+      height_mm = 0,                                ///< above the ellipsoid
+      height_msl_mm = 0;                            ///< above mean sea level
+  std::uint32_t horizontal_accuracy_mm = 0,         ///< estimate
+      vertical_accuracy_mm = 0;                     ///< estimate
+  std::array<std::int32_t, 3> velocity_ned_mmps{};  ///< north, east, down
+  std::int32_t ground_speed_mmps = 0,               ///< over ground
+      heading_of_motion_e5_deg = 0;                 ///< course, 1e-5°
+  std::uint32_t speed_accuracy_mmps = 0,            ///< estimate
+      heading_accuracy_e5_deg = 0;                  ///< estimate, 1e-5°
+  std::int32_t heading_e5_deg = 0;                  ///< of the vehicle, 1e-5°
   /// Dilution of precision in hundredths: geometric, position, time, vertical, horizontal, north,
   /// east.
   std::array<std::uint16_t, 7> dop_e2{};

@@ -28,16 +28,19 @@ class HeadingTrack {
   /// Since the beginning: heading change without bias correction, rad; its derivative by minus the
   /// bias along each body axis, s; variance gained by noise, rad².
   struct Sum {
-    double angle = 0.0;
-    Eigen::Vector3d by_bias = Eigen::Vector3d::Zero();
-    double variance = 0.0;
+    double angle = 0.0;                                 ///< heading change, rad
+    Eigen::Vector3d by_bias = Eigen::Vector3d::Zero();  ///< s
+    double variance = 0.0;                              ///< rad²
 
+    /// Of consecutive intervals.
     Sum operator+(const Sum& o) const {
       return {angle + o.angle, by_bias + o.by_bias, variance + o.variance};
     }
+    /// Of the interval between.
     Sum operator-(const Sum& o) const {
       return {angle - o.angle, by_bias - o.by_bias, variance - o.variance};
     }
+    /// Of a part of the interval.
     Sum operator*(double k) const { return {k * angle, k * by_bias, k * variance}; }
     /// Heading change corrected for a bias.
     [[nodiscard]] double rotation(const Eigen::Vector3d& bias) const {
@@ -45,10 +48,13 @@ class HeadingTrack {
     }
   };
 
+  /// Keeps `history_s`; zero: nothing.
   explicit HeadingTrack(double history_s)
       : history_s_(history_s), spacing_s_(history_s / double(kEntries - 3)) {}
 
+  /// Whether a history is kept.
   [[nodiscard]] bool on() const { return history_s_ > 0.0; }
+  /// Before another start.
   void forget() { count_ = 0; }
 
   /// Adds one reading's part, valid at `time`; times increase.
@@ -61,6 +67,7 @@ class HeadingTrack {
     entries_[newest_] = {time, sum_};
   }
 
+  /// Since the beginning.
   [[nodiscard]] const Sum& now() const { return sum_; }
   /// Interpolated between readings and extrapolated briefly beyond the last; none if further in the
   /// future or older than the history.
@@ -134,23 +141,29 @@ struct AxisHeading {
 template <class T>
 class ExternalHeading {
  public:
-  using Vector = Eigen::Matrix<T, 3, 1>;
-  using Filter = AhrsFilter<T>;
+  using Vector = Eigen::Matrix<T, 3, 1>;  ///< of three components
+  using Filter = AhrsFilter<T>;           ///< state and covariance
 
+  /// What became of a fix.
   struct Outcome {
-    UpdateStatus status = UpdateStatus::used;
-    bool reset = false;  ///< heading unknown or lost: rotate it by `off`
-    T off = T(0), sigma = T(0);
+    UpdateStatus status = UpdateStatus::used;  ///< used, or why not
+    bool reset = false;                        ///< heading unknown or lost: rotate it by `off`
+    T off = T(0),                              ///< rad
+        sigma = T(0);                          ///< its standard deviation
   };
 
+  /// Without a history where AhrsParameters::heading_history_s is zero.
   explicit ExternalHeading(const AhrsParameters& p)
       : axis_(p.heading_axis.template cast<T>()),
         gate2_(T(p.heading_gate_sigmas * p.heading_gate_sigmas)),
         patience_s_(p.lost_heading_s),
         track_(p.heading_history_s) {}
 
+  /// Whether external headings are used.
   [[nodiscard]] bool on() const { return track_.on(); }
+  /// Heading changes by the gyro.
   [[nodiscard]] const HeadingTrack& track() const { return track_; }
+  /// Heading of the axis now.
   [[nodiscard]] AxisHeading<T> now(const Filter& filter) const {
     return AxisHeading<T>::of(filter.rotation(), axis_);
   }
@@ -168,9 +181,10 @@ class ExternalHeading {
   /// Called before a reading rotates the filter for dt; the result is passed to end_turn() after
   /// it.
   struct Turn {
-    T radians;
-    HeadingTrack::Sum part;
+    T radians;               ///< heading before the turn
+    HeadingTrack::Sum part;  ///< of the gyro's noise and bias
   };
+  /// Before the turn.
   [[nodiscard]] Turn begin_turn(const Filter& filter, T dt, T angle_variance) const {
     const AxisHeading<T> from = now(filter);
     const Vector by_bias = filter.rotation().transpose() * from.row * dt;
@@ -178,6 +192,7 @@ class ExternalHeading {
             {double(by_bias.dot(filter.bias())), by_bias.template cast<double>(),
              double(angle_variance * from.row.squaredNorm())}};
   }
+  /// After the turn, at the time of its reading.
   void end_turn(LogTime time, Turn turn, const Filter& filter) {
     turn.part.angle += double(wrap_to_pi(now(filter).radians - turn.radians));
     track_.add(time, turn.part);

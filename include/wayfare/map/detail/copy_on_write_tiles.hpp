@@ -22,20 +22,24 @@ namespace wayfare {
 template <class T>
 class CopyOnWriteTiles {
  public:
-  static constexpr int kBits = 6;
-  static constexpr int kSide = 1 << kBits;
+  static constexpr int kBits = 6;                          ///< of a cell's place in its tile
+  static constexpr int kSide = 1 << kBits;                 ///< cells along the side of a tile
   using Tile = std::array<T, std::size_t{kSide} * kSide>;  ///< row-major, y grows with the row
 
+  /// Cells without a tile have the value `fill`.
   explicit CopyOnWriteTiles(const T& fill) : fill_(fill) {}
 
+  /// The tile that contains a cell.
   [[nodiscard]] static constexpr Cell tile_of(const Cell& c) {
     return {c.x >> kBits, c.y >> kBits};
   }
+  /// Place of a cell in its tile.
   [[nodiscard]] static constexpr std::size_t offset_in_tile(const Cell& c) {
     constexpr int mask = kSide - 1;
     return (static_cast<std::size_t>(c.y & mask) << kBits) | static_cast<std::size_t>(c.x & mask);
   }
 
+  /// Value of a cell.
   [[nodiscard]] const T& operator[](const Cell& c) const {
     const Tile* tile = find(tile_of(c));
     return tile == nullptr ? fill_ : (*tile)[offset_in_tile(c)];
@@ -62,6 +66,7 @@ class CopyOnWriteTiles {
     return slot.block.get()->cells;
   }
 
+  /// Number of tiles.
   [[nodiscard]] std::size_t tile_count() const { return count_; }
 
   /// Calls `visit(tile coordinates, cells)` for every tile, in order of (x, y).

@@ -16,15 +16,19 @@ namespace wayfare {
 /// What was moved from is empty(), and must be made or assigned before its cells are read.
 class PaddedTable {
  public:
-  static constexpr int kBorder = 32;
+  static constexpr int kBorder = 32;  ///< cells around the table that may be read
   /// Upper limit of a table's size (128 MiB).
   static constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
 
+  /// Side of a cell, m.
   [[nodiscard]] double resolution_m() const { return resolution_m_; }
   /// The map cell at column 0, row 0.
   [[nodiscard]] Cell origin() const { return origin_; }
+  /// Columns, without the border.
   [[nodiscard]] int width() const { return width_; }
+  /// Rows, without the border.
   [[nodiscard]] int height() const { return height_; }
+  /// Whether it has no cells.
   [[nodiscard]] bool empty() const { return width_ == 0; }
 
   /// Cells outside the table have the border's value.
@@ -36,7 +40,9 @@ class PaddedTable {
 
   /// Column 0 of row 0; rows are stride() apart, and kBorder cells on every side may be read.
   [[nodiscard]] const std::uint16_t* data() const { return table_.data() + first(); }
+  /// Column 0 of row 0, to change it.
   [[nodiscard]] std::uint16_t* data() { return table_.data() + first(); }
+  /// Numbers from row to row.
   [[nodiscard]] int stride() const { return width_ + 2 * kBorder; }
 
  protected:

@@ -16,21 +16,27 @@ namespace wayfare {
 /// memory: one load bounds a block of 16×16 units. pairs() has the maxima of 2×2 cells.
 class PrecomputationGrids {
  public:
-  static constexpr int kLevels = 3;
+  static constexpr int kLevels = 3;  ///< of 4, 16 and 64 cells
 
+  /// One of the grids.
   struct Level {
-    int width = 0, height = 0;  ///< of the grid, in units, rounded up
-    int columns = 0, rows = 0;  ///< of one interleaved plane, bytes and rows
-    std::vector<std::uint8_t> table;
+    int width = 0,                    ///< units along x
+        height = 0;                   ///< units along y
+    int columns = 0,                  ///< bytes of a plane
+        rows = 0;                     ///< rows of a plane
+    std::vector<std::uint8_t> table;  ///< planes, one after the other
   };
 
   PrecomputationGrids() = default;
+  /// As build().
   explicit PrecomputationGrids(LikelihoodField grid) { build(std::move(grid)); }
 
   /// Takes ownership of the grid; reuses the memory of an earlier build.
   void build(LikelihoodField grid);
 
+  /// The likelihood field of the cells.
   [[nodiscard]] const LikelihoodField& grid() const { return grid_; }
+  /// Level l < kLevels.
   [[nodiscard]] const Level& level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
   /// Maximum of the window of 2×2 cells that starts at each cell, in the layout of grid().data().
   [[nodiscard]] const std::uint8_t* pairs() const {

@@ -15,10 +15,10 @@ namespace wayfare {
 
 /// Input over the time since the previous sample.
 struct CorridorInput {
-  double dt_s = 0.0;
-  double turn_rate_rad_s = 0.0;  ///< the gyro's mean, less the Earth rate
-  double speed_m_s = 0.0;        ///< the wheels' mean
-  double speed_before_m_s = 0.0;
+  double dt_s = 0.0;              ///< since the previous sample
+  double turn_rate_rad_s = 0.0;   ///< the gyro's mean, less the Earth rate
+  double speed_m_s = 0.0;         ///< the wheels' mean
+  double speed_before_m_s = 0.0;  ///< at its beginning
   bool at_rest = false;           ///< the wheels stop: position and heading are constant
   double extra_turn_rad = 0.0;    ///< standard deviation of an unmeasured rotation
   double extra_distance_m = 0.0;  ///< of an unmeasured distance
@@ -28,10 +28,10 @@ struct CorridorInput {
 struct CorridorNoise {
   double angle_random_walk_rad_per_sqrt_s = 6.545e-4;  ///< 2.25 °/√h
   double bias_sigma_rad_s = 3.5e-5;                    ///< Gauss-Markov part of the bias
-  double bias_tau_s = 100.0;
+  double bias_tau_s = 100.0;                           ///< its correlation time
   double acceleration_sigma_m_s2 = 1e-5;  ///< Gauss-Markov error of the wheels' acceleration
-  double acceleration_tau_s = 10.0;
-  double slip_m_per_sqrt_m = 0.0005;  ///< random error of the distance
+  double acceleration_tau_s = 10.0;       ///< its correlation time
+  double slip_m_per_sqrt_m = 0.0005;      ///< random error of the distance
 };
 
 /// The blocks of CorridorState. Liu's displacements and heading are relative to the start, in the
@@ -39,66 +39,85 @@ struct CorridorNoise {
 /// Gauss-Markov process, so a constant and a drift are added.
 namespace corridor {
 
-using Number = Eigen::Matrix<double, 1, 1>;
+using Number = Eigen::Matrix<double, 1, 1>;  ///< of one component
 
-struct Position {  ///< Δx, Δy, m
-  using Value = Eigen::Vector2d;
-  static constexpr BlockNames<2> kNames{"position x", "position y"};
+/// Δx, Δy, m.
+struct Position {
+  using Value = Eigen::Vector2d;                                      ///< m
+  static constexpr BlockNames<2> kNames{"position x", "position y"};  ///< of its errors
 };
-struct Speed {  ///< v_f, forward, m/s
-  using Value = Number;
-  static constexpr BlockNames<1> kNames{"speed"};
+/// Speed v_f, forward, m/s.
+struct Speed {
+  using Value = Number;                            ///< m/s
+  static constexpr BlockNames<1> kNames{"speed"};  ///< of its error
 };
-struct Velocity {  ///< v_x = v_f cos ΔA, v_y = v_f sin ΔA, m/s
-  using Value = Eigen::Vector2d;
-  static constexpr BlockNames<2> kNames{"velocity x", "velocity y"};
+/// v_x = v_f cos ΔA, v_y = v_f sin ΔA, m/s.
+struct Velocity {
+  using Value = Eigen::Vector2d;                                      ///< m/s
+  static constexpr BlockNames<2> kNames{"velocity x", "velocity y"};  ///< of its errors
 };
-struct Heading {  ///< ΔA, rad, not wrapped
-  using Value = Number;
-  static constexpr BlockNames<1> kNames{"heading"};
+/// ΔA, rad, not wrapped.
+struct Heading {
+  using Value = Number;                              ///< rad
+  static constexpr BlockNames<1> kNames{"heading"};  ///< of its error
 };
-struct Acceleration : GaussMarkov<1> {  ///< a_od, error of the odometry's acceleration, m/s²
-  static constexpr BlockNames<1> kNames{"acceleration error"};
+/// Error a_od of the odometry's acceleration, m/s².
+struct Acceleration : GaussMarkov<1> {
+  static constexpr BlockNames<1> kNames{"acceleration error"};  ///< of its error
 };
-struct BiasWalk : GaussMarkov<1> {  ///< b_z, the correlated part of the gyro's bias, rad/s
-  static constexpr BlockNames<1> kNames{"gyro bias walk"};
+/// The correlated part b_z of the gyro's bias, rad/s.
+struct BiasWalk : GaussMarkov<1> {
+  static constexpr BlockNames<1> kNames{"gyro bias walk"};  ///< of its error
 };
-struct Bias {  ///< the constant part, rad/s, and its drift, rad/s²
-  using Value = Eigen::Vector2d;
-  static constexpr BlockNames<2> kNames{"gyro bias", "gyro bias drift"};
+/// The constant part of the gyro's bias, rad/s, and its drift, rad/s².
+struct Bias {
+  using Value = Eigen::Vector2d;                                          ///< bias, drift
+  static constexpr BlockNames<2> kNames{"gyro bias", "gyro bias drift"};  ///< of its errors
 
+  /// Transition over an interval.
   struct Phi {
-    double dt_s;
+    double dt_s;  ///< s
+    /// Error after the interval.
     [[nodiscard]] Value operator()(const Value& d) const { return {d[0] + dt_s * d[1], d[1]}; }
   };
+  /// Without noise.
   [[nodiscard]] BlockStep<Phi, NoNoise> discretise(double dt_s) const { return {{dt_s}, {}}; }
 };
-struct Scale : RandomConstant<1> {  ///< true distance per measured distance, less one
-  static constexpr BlockNames<1> kNames{"speed scale"};
+/// True distance per measured distance, less one.
+struct Scale : RandomConstant<1> {
+  static constexpr BlockNames<1> kNames{"speed scale"};  ///< of its error
 };
 /// Direction of the corridor in the plane, rad; offsets of its left and right wall (negative) from
 /// the reference point, m, along its left-hand normal.
 struct Sides : RandomConstant<3> {
+  /// Of its errors.
   static constexpr BlockNames<3> kNames{"corridor direction", "left wall", "right wall"};
 };
 /// Direction of the normal of a wall across the corridor, rad; its offset from its reference
 /// point, m.
 struct End : RandomConstant<2> {
-  static constexpr BlockNames<2> kNames{"end wall normal", "end wall offset"};
+  static constexpr BlockNames<2> kNames{"end wall normal", "end wall offset"};  ///< of its errors
 };
 
 /// Moves the vehicle by gyro and wheels, (16) to (21).
 struct DeadReckoning {
-  using Moves = BlockList<Position, Speed, Velocity, Heading>;
+  using Moves = BlockList<Position, Speed, Velocity, Heading>;  ///< blocks moved
+  /// Blocks they depend on.
   using By = BlockList<Position, Speed, Velocity, Heading, Acceleration, BiasWalk, Bias, Scale>;
-  CorridorNoise noise;
+  CorridorNoise noise;  ///< of gyro and wheels
 
   /// Errors after a step from those before. At rest only position and heading remain.
   struct Jacobian {
-    bool at_rest;
-    double t, speed_change, acceleration_sum, walk_sum, speed;
-    Eigen::Vector2d middle, end;  ///< directions
+    bool at_rest;            ///< only position and heading remain
+    double t,                ///< dt, s
+        speed_change,        ///< change of the speed, m/s
+        acceleration_sum,    ///< of Acceleration
+        walk_sum,            ///< of BiasWalk
+        speed;               ///< m/s, mean
+    Eigen::Vector2d middle,  ///< half way through the turn
+        end;                 ///< at its end
 
+    /// Errors of the blocks moved.
     [[nodiscard]] std::tuple<Eigen::Vector2d, Number, Eigen::Vector2d, Number> operator()(
         const Eigen::Vector2d& position, const Number& v, const Eigen::Vector2d&,
         const Number& heading, const Number& acceleration, const Number& walk,
@@ -114,8 +133,9 @@ struct DeadReckoning {
               Number(full)};
     }
   };
-  using Noise = Eigen::Matrix<double, 6, 6>;
+  using Noise = Eigen::Matrix<double, 6, 6>;  ///< of (position, speed, velocity, heading)
 
+  /// Moved blocks, their Jacobian and noise, as Process takes them.
   [[nodiscard]] auto step(const Eigen::Vector2d& position, const Number& v, const Eigen::Vector2d&,
                           const Number& heading, const Number& acceleration, const Number& walk,
                           const Eigen::Vector2d& bias, const Number& scale,
@@ -169,6 +189,7 @@ struct DeadReckoning {
 
 }  // namespace corridor
 
+/// Ten blocks, in this order.
 using CorridorState = State<corridor::Position, corridor::Speed, corridor::Velocity,
                             corridor::Heading, corridor::Acceleration, corridor::BiasWalk,
                             corridor::Bias, corridor::Scale, corridor::Sides, corridor::End>;
@@ -177,6 +198,7 @@ using CorridorState = State<corridor::Position, corridor::Speed, corridor::Veloc
 struct CorridorMotion
     : Process<CorridorState, corridor::DeadReckoning, corridor::Acceleration, corridor::BiasWalk,
               corridor::Bias, corridor::Scale, corridor::Sides, corridor::End> {
+  /// With the noise of gyro and wheels.
   explicit CorridorMotion(const CorridorNoise& noise = {})
       : Process({noise}, {{noise.acceleration_sigma_m_s2, noise.acceleration_tau_s}},
                 {{noise.bias_sigma_rad_s, noise.bias_tau_s}}, {}, {}, {}, {}) {}

@@ -17,32 +17,39 @@ namespace wayfare {
 /// the biases of gyro and accelerometer.
 class FootFilter {
  public:
-  using Vector = Eigen::Vector3d;
-  static constexpr int kPosition = 0, kVelocity = 3, kAttitude = 6, kRateBias = 9, kForceBias = 12,
-                       kSize = 15;
-  using Covariance = Eigen::Matrix<double, kSize, kSize>;
-  using Error = Eigen::Matrix<double, kSize, 1>;
+  using Vector = Eigen::Vector3d;                          ///< of three components
+  static constexpr int kPosition = 0,                      ///< place of the errors
+      kVelocity = 3,                                       ///< place of the errors
+      kAttitude = 6,                                       ///< place of the errors
+      kRateBias = 9,                                       ///< place of the errors
+      kForceBias = 12,                                     ///< place of the errors
+      kSize = 15;                                          ///< number of errors
+  using Covariance = Eigen::Matrix<double, kSize, kSize>;  ///< of the errors
+  using Error = Eigen::Matrix<double, kSize, 1>;           ///< of the state
 
-  [[nodiscard]] const Vector& position() const { return position_; }
-  [[nodiscard]] const Vector& velocity() const { return velocity_; }
-  [[nodiscard]] const SO3d& q_world_foot() const { return q_; }
-  [[nodiscard]] const Vector& rate_bias() const { return rate_bias_; }
-  [[nodiscard]] const Vector& force_bias() const { return force_bias_; }
-  [[nodiscard]] const Covariance& covariance() const { return p_; }
+  [[nodiscard]] const Vector& position() const { return position_; }    ///< m, z up, from the start
+  [[nodiscard]] const Vector& velocity() const { return velocity_; }    ///< m/s
+  [[nodiscard]] const SO3d& q_world_foot() const { return q_; }         ///< attitude
+  [[nodiscard]] const Vector& rate_bias() const { return rate_bias_; }  ///< rad/s, the unit's axes
+  [[nodiscard]] const Vector& force_bias() const { return force_bias_; }  ///< m/s², the unit's axes
+  [[nodiscard]] const Covariance& covariance() const { return p_; }       ///< of the errors
 
   /// Sets a state; its error becomes independent of all others, with this variance per axis.
   void set_position(const Vector& p, double variance) {
     position_ = p;
     decouple(kPosition, Vector::Constant(variance));
   }
+  /// m/s.
   void set_velocity(const Vector& v, double variance) {
     velocity_ = v;
     decouple(kVelocity, Vector::Constant(variance));
   }
+  /// Variances about the world's axes, rad².
   void set_attitude(const SO3d& q, const Vector& variances) {
     q_ = q;
     decouple(kAttitude, variances);
   }
+  /// Of both biases, per axis; the biases stay.
   void set_bias_variances(double rate, double force) {
     decouple(kRateBias, Vector::Constant(rate));
     decouple(kForceBias, Vector::Constant(force));
@@ -51,8 +58,12 @@ class FootFilter {
   /// Variances added per axis by a step; `missed_turn`: covariance of a rotation clipped by the
   /// gyro, world axes.
   struct Noise {
-    double position = 0.0, velocity = 0.0, angle = 0.0, rate_bias = 0.0, force_bias = 0.0;
-    Eigen::Matrix3d missed_turn = Eigen::Matrix3d::Zero();
+    double position = 0.0,                                  ///< m²
+        velocity = 0.0,                                     ///< (m/s)²
+        angle = 0.0,                                        ///< rad²
+        rate_bias = 0.0,                                    ///< (rad/s)²
+        force_bias = 0.0;                                   ///< (m/s²)²
+    Eigen::Matrix3d missed_turn = Eigen::Matrix3d::Zero();  ///< rad²
   };
 
   /// Strapdown step over dt with its mean readings.
@@ -71,6 +82,7 @@ class FootFilter {
     phi.block<3, 3>(kAttitude, kRateBias) = -dt * middle;
     p_ = (phi * p_ * phi.transpose()).eval();
   }
+  /// To the covariance.
   void add_noise(const Noise& n) {
     p_.diagonal().segment<3>(kPosition).array() += n.position;
     p_.diagonal().segment<3>(kVelocity).array() += n.velocity;

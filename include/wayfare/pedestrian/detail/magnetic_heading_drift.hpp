@@ -25,15 +25,15 @@ struct MagneticHeadingDriftParameters {
   double field_sigma_uT = 60.0;
   /// Magnetic disturbances along the path: standard deviation, µT, and correlation time, s.
   double disturbance_uT = 4.0;
-  double disturbance_s = 2.0;
+  double disturbance_s = 2.0;  ///< their correlation time
   /// Gate in standard deviations; a field rejected for this long, s, is learned as the new one.
   double gate_sigmas = 5.0;
-  double relearn_s = 20.0;
+  double relearn_s = 20.0;  ///< before a rejected field is learned
   /// Initial gyro bias about the vertical, rad/s, its random walk, rad/s/√s, and noise, rad/s/√Hz.
   double bias_sigma = 0.3 * kDegree;
-  double bias_walk = 0.002 * kDegree;
-  double rate_noise = 0.1 * kDegree;
-  double spacing_s = 0.1;  ///< between readings used
+  double bias_walk = 0.002 * kDegree;  ///< of the gyro bias, rad/s/√s
+  double rate_noise = 0.1 * kDegree;   ///< of the rate, rad/s/√Hz
+  double spacing_s = 0.1;              ///< between readings used
 
  private:
   static constexpr double kDegree = std::numbers::pi / 180.0;
@@ -45,12 +45,14 @@ struct MagneticHeadingDriftParameters {
 /// The separation needs turns: after minutes of straight walking the variances are too small.
 class MagneticHeadingDrift {
  public:
+  /// Without readings.
   explicit MagneticHeadingDrift(const MagneticHeadingDriftParameters& p) : p_(p) {
     forget(kDrift, 0.0);
     forget(kRate, p.bias_sigma);
     forget_fields();
   }
 
+  /// Whether an offset is estimated.
   [[nodiscard]] bool on() const { return p_.offset_sigma_uT > 0.0; }
 
   /// A reading in the unit's axes, µT, or NaN, and the attitude from gyro and accelerometer alone,
@@ -71,14 +73,18 @@ class MagneticHeadingDrift {
 
   /// Correction to add to the gyro heading, counter-clockwise, rad, and its variance.
   [[nodiscard]] double correction() const { return x_[kDrift]; }
+  /// Of the correction, rad².
   [[nodiscard]] double variance() const { return covariance_(kDrift, kDrift); }
   /// Rate of the correction, rad/s.
   [[nodiscard]] double rate_radps() const { return x_[kRate]; }
+  /// Of the magnetometer, µT, the unit's axes.
   [[nodiscard]] Eigen::Vector3d offset_uT() const { return x_.tail<3>(); }
+  /// Standard deviation of the offset, µT.
   [[nodiscard]] Eigen::Vector3d offset_sigma_uT() const {
     const auto& p = covariance_;
     return Eigen::Vector3d(p(5, 5), p(6, 6), p(7, 7)).cwiseMax(0.0).cwiseSqrt();
   }
+  /// Readings by status.
   [[nodiscard]] const SensorReport& report() const { return report_; }
 
  private:

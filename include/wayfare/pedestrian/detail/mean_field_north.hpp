@@ -15,12 +15,13 @@
 
 namespace wayfare {
 
+/// Whether north is from the mean field, and the field's errors.
 struct MeanFieldNorthParameters {
-  bool on = false;
+  bool on = false;  ///< used
   /// Error of the field's direction inside buildings: standard deviation, rad, and the time of
   /// walking, s, over which it is the same.
   double sigma_rad = 0.35;
-  double correlation_s = 20.0;
+  double correlation_s = 20.0;  ///< of walking over which the error is the same
 };
 
 /// The horizontal field in the axes of an attitude by the gyro alone, averaged over the steps: its
@@ -32,8 +33,10 @@ class MeanFieldNorth {
   explicit MeanFieldNorth(const MeanFieldNorthParameters& parameters = {}, Angle declination = {})
       : p_(parameters), declination_(declination) {}
 
+  /// Whether it is used.
   [[nodiscard]] bool on() const { return p_.on; }
 
+  /// A field in the unit's axes, µT, and the attitude by the gyro alone.
   UpdateStatus add(LogTime time, const SO3d& q_world_body, const Eigen::Vector3d& field_uT) {
     constexpr double kAverage_s = 0.5;
     if (!field_uT.allFinite() || !(field_uT.norm() > 0.0))
@@ -56,10 +59,12 @@ class MeanFieldNorth {
   [[nodiscard]] double correction() const {
     return sum_.isZero(0.0) ? 0.0 : std::atan2(sum_.x(), sum_.y()) - declination_.radians();
   }
+  /// Of the correction, rad²; falls with the time walked.
   [[nodiscard]] double variance() const {
     if (!p_.on) return 0.0;
     return p_.sigma_rad * p_.sigma_rad * p_.correlation_s / std::max(p_.correlation_s, walked_s_);
   }
+  /// Readings by status.
   [[nodiscard]] const SensorReport& report() const { return report_; }
 
  private:

@@ -24,6 +24,7 @@ struct StraightWalkParameters {
 /// the rate that recurs most often is the bias.
 class StraightWalk {
  public:
+  /// Without steps.
   explicit StraightWalk(const StraightWalkParameters& p) : p_(p) {}
 
   /// After a step, with the unwrapped gyro heading, rad: returns its drift, rad.
@@ -45,6 +46,7 @@ class StraightWalk {
     return bias_ * to_seconds(time - start_);
   }
 
+  /// Estimated bias of the rate about the vertical.
   [[nodiscard]] double bias_radps() const { return bias_; }
 
  private:

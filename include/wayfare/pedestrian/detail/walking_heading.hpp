@@ -20,12 +20,14 @@ namespace wayfare {
 /// Moving average, since heads and hands turn to and fro.
 class WalkingHeading {
  public:
+  /// An averaged heading.
   struct Entry {
-    LogTime time;
-    double radians = 0.0;  ///< not wrapped, averaged
-    double variance = 0.0;
+    LogTime time;           ///< of the last reading in it
+    double radians = 0.0;   ///< not wrapped, averaged
+    double variance = 0.0;  ///< of the average, rad²
   };
 
+  /// Averages over `average_s`.
   explicit WalkingHeading(double average_s) : average_s_(average_s) {}
 
   /// Returns the time since the previous reading, s; zero for the first.
@@ -133,6 +135,7 @@ class WalkingDirection {
 class WalkCovariance {
  public:
   template <class Length>
+  /// Without steps.
   explicit WalkCovariance(const BasicPedestrianParameters<Length>& p)
       : length2_(square(p.length_sigma)),
         scale2_(square(p.length_scale_sigma)),

@@ -9,17 +9,23 @@
 
 namespace wayfare::ros {
 
-enum class Severity { info, warning, error };
+/// How a notice is logged.
+enum class Severity {
+  info,     ///< of what happens
+  warning,  ///< of what is missing or was left out
+  error,    ///< of what failed
+};
 
 /// A message for the node's user.
 struct Notice {
-  Severity severity = Severity::info;
-  std::string text;
+  Severity severity = Severity::info;  ///< as logged
+  std::string text;                    ///< in plain words
 };
 
 /// Notices, each repeated only after a while.
 class Notices {
  public:
+  /// The same notice is repeated after `again_s`.
   explicit Notices(double again_s = 10.0) : again_s_(again_s) {}
 
   /// `about` identifies the notice: a different text alone does not repeat it. `now_s` is of a

@@ -23,8 +23,8 @@ struct TopicType {
 
 /// Publishes on one topic during its lifetime.
 struct RawPublisher {
-  std::function<void(const std::string& bytes)> publish;
-  std::function<std::size_t()> subscribers;
+  std::function<void(const std::string& bytes)> publish;  ///< sends a serialised message
+  std::function<std::size_t()> subscribers;               ///< number of nodes connected
 };
 
 /// The process's only node: roscpp allows one. Callbacks are called by `spin` only, on its thread.

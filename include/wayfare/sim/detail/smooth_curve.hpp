@@ -13,16 +13,21 @@ namespace wayfare::sim {
 
 /// A constraint on a curve: its value, or its first derivative, at a time.
 struct CurveSample {
-  enum class Of { value, derivative };
+  /// What a sample gives.
+  enum class Of {
+    value,       ///< of the curve
+    derivative,  ///< the first, by time
+  };
 
-  double time_s = 0.0;
-  Eigen::Vector3d value = Eigen::Vector3d::Zero();
-  double sigma = 1.0;  ///< of each component
-  Of of = Of::value;
+  double time_s = 0.0;                              ///< of the sample
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();  ///< or derivative
+  double sigma = 1.0;                               ///< of each component
+  Of of = Of::value;                                ///< value or first derivative
 };
 
+/// Knots and smoothness of a SmoothCurve.
 struct CurveFit {
-  double knot_spacing_s = 0.1;
+  double knot_spacing_s = 0.1;  ///< between knots
   /// Standard deviation of the third derivative (unit of the value per s³): smaller is smoother.
   double third_derivative_sigma = 1e3;
 };
@@ -31,8 +36,11 @@ struct CurveFit {
 /// constant between knots.
 class SmoothCurve {
  public:
+  /// A point of the curve.
   struct Point {
-    Eigen::Vector3d value, first, second;  ///< and its derivatives by time
+    Eigen::Vector3d value,  ///< at the time
+        first,              ///< first derivative
+        second;             ///< second derivative
   };
 
   /// The curve over [begin_s, end_s] that minimises the squared residuals of `samples`, each over
@@ -43,7 +51,9 @@ class SmoothCurve {
 
   /// Constant outside [begin_s, end_s].
   [[nodiscard]] Point at(double time_s) const;
+  /// First time.
   [[nodiscard]] double begin_s() const { return begin_s_; }
+  /// Last time.
   [[nodiscard]] double end_s() const { return end_s_; }
 
  private:

@@ -15,9 +15,10 @@ namespace wayfare::testing {
 /// members for a smaller chart, or to add the values of an application.
 template <Manifold M>
 struct LawInputs {
-  using Scalar = typename ManifoldTraits<M>::Scalar;
-  using Tangent = TangentOf<M>;
+  using Scalar = typename ManifoldTraits<M>::Scalar;  ///< of the manifold
+  using Tangent = TangentOf<M>;                       ///< kDof × 1
 
+  /// Spacing of numbers at one.
   static constexpr Scalar kEpsilon = std::numeric_limits<Scalar>::epsilon();
 
   /// Tangent vectors within the chart, in which `minus` inverts `plus`.
@@ -27,6 +28,7 @@ struct LawInputs {
   /// Greatest rounding error, relative to numbers near one.
   Scalar tolerance = 100 * kEpsilon;
 
+  /// Point i, again from the first after the last.
   [[nodiscard]] const M& point(std::size_t i) const { return points[i % points.size()]; }
 
   /// Both signs of every axis and a few random directions, at lengths from far below the square
@@ -50,6 +52,7 @@ struct LawInputs {
     return result;
   }
 
+  /// The origin moved by each tangent vector.
   [[nodiscard]] static std::vector<M> points_from(const std::vector<Tangent>& tangents) {
     std::vector<M> result;
     for (const Tangent& tau : tangents) {
