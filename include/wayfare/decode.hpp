@@ -1,13 +1,16 @@
 #pragma once
 
-// Device bytes to messages: TI mmWave radars, Xsens units, RPLIDAR scanners. No I/O, no heap.
+// Device bytes to messages: TI mmWave radars, Xsens units, RPLIDAR scanners,
+// GNSS receivers (UBX, NMEA). No I/O, no heap.
 
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/mt_sample.hpp>
+#include <wayfare/decode/nmea.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
+#include <wayfare/decode/ubx.hpp>
 #include <wayfare/decode/xbus.hpp>

@@ -14,4 +14,5 @@
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/rinex.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/io/track_formats.hpp>
 #include <wayfare/io/tum.hpp>

@@ -119,7 +119,7 @@ TEST(Carmen, PairsWithoutTimeAreATenthOfASecondApart) {
       "Odometry 2 2 0.5\nLaser 2 1 x\n"  // dropped, but its time passes
       "Odometry 3 2 0.5\nLaser 2 1 2\n");
   ASSERT_EQ(log.recording.scans.size(), 2U);
-  EXPECT_TRUE(log.statistics.synthetic_time);
+  EXPECT_EQ(log.statistics.clock, ClockState::numbered);
   EXPECT_EQ(log.recording.scans[1].time.nanoseconds(), 200000000);
   ASSERT_EQ(log.recording.odometry.size(), 3U);
   EXPECT_EQ(log.recording.odometry[1].time.nanoseconds(), 100000000);

@@ -7,16 +7,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::eval {
@@ -54,6 +58,29 @@ struct RelationsOptions {
   /// jittering time stamps affect a scan's time, not its pose.
   bool nearest_pose = false;
 };
+
+/// Relations whose times are numbers of scans, from 0 and in seconds, with the times of `scans`:
+/// for logs whose time stamps are not those of the relations. Error: a time that is no scan's
+/// number.
+[[nodiscard]] inline Result<std::vector<Relation>> relations_by_scan(
+    std::span<const Relation> relations, std::span<const LaserScan> scans) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  std::vector<Relation> result(relations.begin(), relations.end());
+  for (Relation& relation : result) {
+    for (LogTime* time : {&relation.first, &relation.second}) {
+      const std::int64_t number = time->nanoseconds() / kSecond;
+      const bool whole = number * kSecond == time->nanoseconds();
+      if (!whole || number < 0 || std::cmp_greater_equal(number, scans.size())) {
+        return Error{ErrorCode::invalid, "a relation's time, " +
+                                             std::to_string(to_seconds(time->since_epoch())) +
+                                             ", is not the number of one of the " +
+                                             std::to_string(scans.size()) + " scans, from 0"};
+      }
+      *time = scans[static_cast<std::size_t>(number)].time;
+    }
+  }
+  return result;
+}
 
 namespace detail {
 

@@ -60,6 +60,15 @@ enum class OdometrySource {
   scan_fields,  ///< the odometry written with each scan
 };
 
+/// What the times of a log are.
+enum class ClockState {
+  usable,        ///< its time stamps
+  continued,     ///< its stamps, of a clock that was set back: later ones are moved on
+  interpolated,  ///< its stamps; those out of order are between their neighbours
+  logger,        ///< the logger's times, the last column: the stamps are not usable
+  numbered,      ///< the order of the file: there are no usable stamps
+};
+
 /// Counts of lines and measurements.
 struct CarmenStatistics {
   std::size_t lines = 0;           ///< of the file
@@ -78,7 +87,7 @@ struct CarmenStatistics {
   /// Ranges from here on are not returns, metres.
   float max_range_m = 0.0F;
   bool compressed = false;                   ///< by gzip
-  bool synthetic_time = false;               ///< the log has no time stamps
+  ClockState clock = ClockState::usable;     ///< what the times are
   std::map<std::string, std::size_t> other;  ///< unused lines, by their first word
 };
 
@@ -86,7 +95,9 @@ struct CarmenStatistics {
 struct CarmenLog {
   /// Front laser, odometry, radar, wheels, gyro and truth. Times are the log's IPC time stamps,
   /// exact to the nanosecond and not decreasing; equal stamps occur. Of lines out of order, the
-  /// largest ordered subset is kept.
+  /// largest ordered subset is kept. Where more than a hundredth of the scans would be lost, or
+  /// nearly all stamps are equal, times are repaired: see ClockState. Scans then have the odometry
+  /// of their own line, if there is one, unless the clock was only set back.
   Recording recording;
   /// The laser pose written with each scan: by odometry in a raw log, from the corrected trajectory
   /// in a corrected one. One per scan of the recording, or empty.

@@ -75,20 +75,22 @@ struct RangesFile {
 
 /// Columns lat lon h; sn se sd (standard deviations), sne seu sun (signed roots of covariances, as
 /// RTKLIB writes them); vn ve vd or vu; svn sve svd; sh and sv_h (horizontal and vertical accuracy)
-/// instead of sn se sd; speed and course instead of vn ve; q (quality, RTKLIB's numbers).
+/// instead of sn se sd; speed and course instead of vn ve; q (quality, RTKLIB's numbers). Or
+/// Earth-fixed: x y z; sx sy sz, sxy syz szx; vx vy vz.
 struct FixFile {
   std::vector<GnssFix> fixes;  ///< in the order of the file
   std::vector<int> qualities;  ///< of each fix; 0: not given
   Problems problems;           ///< lines skipped
 };
 
-/// Also reads RTKLIB's .pos files (latitude, longitude, height), recognised by their '%' heading.
+/// Also reads RTKLIB's .pos files (geodetic in degrees, or Earth-fixed), recognised by their '%'
+/// heading.
 [[nodiscard]] Result<FixFile> read_fixes(const std::string& path, const ColumnFormat& format = {});
 /// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<FixFile> parse_fixes(std::string_view text, const std::string& source,
                                           const ColumnFormat& format = {});
 
-/// Columns lat lon h; vn ve and vd or vu; roll pitch yaw.
+/// Columns lat lon h; vn ve and vd or vu; roll pitch yaw. Or Earth-fixed: x y z, vx vy vz.
 struct NavFile {
   NavTrajectory trajectory;   ///< in the order of the file; missing quantities are zero
   bool has_velocity = false;  ///< columns vn ve

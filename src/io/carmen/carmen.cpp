@@ -10,6 +10,7 @@
 
 #include <wayfare/io/text_file.hpp>
 
+#include "io/carmen/carmen_clock.hpp"
 #include "io/carmen/carmen_lines.hpp"
 
 namespace wayfare::io {
@@ -23,28 +24,6 @@ std::int64_t time_of(const ScanLine& line) { return line.scan.time.nanoseconds()
 template <class T>
 std::int64_t time_of(const Measured<T>& line) {
   return line.value.time.nanoseconds();
-}
-
-/// The elements of `times` to keep: a longest non-decreasing subsequence (patience sorting), so
-/// that one wrong stamp costs one line and not all after it.
-std::vector<bool> largest_ordered_set(const std::vector<std::int64_t>& times) {
-  constexpr auto kNone = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> tails, previous(times.size(), kNone);
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const auto pile =
-        std::upper_bound(tails.begin(), tails.end(), times[i],
-                         [&](std::int64_t t, std::size_t tail) { return t < times[tail]; });
-    if (pile != tails.begin()) previous[i] = *(pile - 1);
-    if (pile == tails.end()) {
-      tails.push_back(i);
-    } else {
-      *pile = i;
-    }
-  }
-  std::vector<bool> keep(times.size(), false);
-  for (std::size_t i = tails.empty() ? kNone : tails.back(); i != kNone; i = previous[i])
-    keep[i] = true;
-  return keep;
 }
 
 template <class Line>
@@ -83,10 +62,10 @@ bool same_scan(const ScanLine& a, const ScanLine& b) {
 /// such a line.
 template <class Line>
 void order(std::vector<Line>& lines, const char* what, Faults& faults) {
-  std::vector<std::int64_t> times;
+  std::vector<LogTime> times;
   times.reserve(lines.size());
-  for (const Line& line : lines) times.push_back(time_of(line));
-  const std::vector<bool> keep = largest_ordered_set(times);
+  for (const Line& line : lines) times.push_back(LogTime::from_nanoseconds(time_of(line)));
+  const std::vector<bool> keep = carmen::largest_ordered_set(times);
   std::vector<Line> kept;
   kept.reserve(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -110,6 +89,24 @@ bool covers_half(const std::vector<Measured<OdometrySample>>& lines,
   const Duration overlap = std::min(lines.back().value.time, last).since_epoch() -
                            std::max(lines.front().value.time, first).since_epoch();
   return 2.0 * to_seconds(overlap) >= to_seconds(last - first);
+}
+
+/// In order of time, if many lines are not and no stamp is far outside the time of the scans: they
+/// were written late. A single wrong stamp would put a pose at a wrong time.
+void sort_shuffled(std::vector<Measured<OdometrySample>>& lines,
+                   const std::vector<LaserScan>& scans) {
+  if (lines.empty() || scans.empty()) return;
+  const Duration slack = std::chrono::minutes(1);
+  const LogTime first = scans.front().time - slack, last = scans.back().time + slack;
+  std::size_t descents = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const LogTime t = lines[i].value.time;
+    if (t < first || t > last) return;
+    if (i > 0 && t < lines[i - 1].value.time) ++descents;
+  }
+  if (descents * 100 <= lines.size()) return;
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const auto& a, const auto& b) { return time_of(a) < time_of(b); });
 }
 
 template <class T>
@@ -143,8 +140,11 @@ class CarmenReader {
 
   Result<CarmenLog> read(std::string_view all) {
     text::Lines lines(all);
-    for (std::string_view line; lines.next(line);)
+    std::string with_points;
+    for (std::string_view line; lines.next(line);) {
+      if (line.find(',') != line.npos) line = with_points = text::with_decimal_points(line);
       collector_.take(line, lines.number(), lines.terminated());
+    }
     log_.statistics.lines = lines.number();
     return finish();
   }
@@ -153,13 +153,14 @@ class CarmenReader {
   Result<CarmenLog> finish() {
     std::vector<ScanLine>& scans = most_frequent(collector_.lines().front);
     const bool pairs = &scans == &collector_.lines().front[carmen::kPair];
+    if (!pairs) repair_clock(scans);
     log_.rear_scans = finish_scans(most_frequent(collector_.lines().rear), "rear scan");
     log_.recording.scans = finish_scans(scans, "scan");
     log_.statistics.scans = log_.recording.scans.size();
     log_.statistics.rear_scans = log_.rear_scans.size();
     finish_robot();
     if (log_.recording.scans.empty() && (options_.needs_laser || empty())) return no_scans();
-    log_.statistics.synthetic_time = pairs && !scans.empty();
+    if (pairs && !scans.empty()) log_.statistics.clock = ClockState::numbered;
     finish_odometry(
         pairs && !scans.empty() ? collector_.lines().pair_odometry : collector_.lines().odometry,
         scans, pairs);
@@ -167,6 +168,14 @@ class CarmenReader {
         Transform2<frame::Base, frame::Laser>(carmen::mounting(scans, parameters_));
     take_reported_poses(scans);
     return std::move(log_);
+  }
+
+  void repair_clock(const std::vector<ScanLine>& scans) {
+    const carmen::ClockRepair repair =
+        carmen::repair_clock(collector_.lines(), scans, options_.pair_period);
+    log_.statistics.clock = repair.state;
+    if (!repair.reason.empty())
+      faults_.note(Error{ErrorCode::invalid, repair.reason}, scans.front().line);
   }
 
   [[nodiscard]] bool empty() const {
@@ -211,11 +220,18 @@ class CarmenReader {
     return result;
   }
 
-  /// From the odometry lines, or from the scans' fields if the lines cover less than half.
+  /// From the odometry lines, or from the scans' fields if the lines cover less than half, or their
+  /// times were not measured.
   void finish_odometry(std::vector<Measured<OdometrySample>>& lines,
                        const std::vector<ScanLine>& scans, bool pairs) {
-    order(lines, "odometry", faults_);
     const bool fields = !scans.empty() && scans.front().robot_pose && !pairs;
+    const ClockState clock = log_.statistics.clock;
+    if (fields && (clock == ClockState::interpolated || clock == ClockState::numbered)) {
+      lines.clear();
+    } else {
+      sort_shuffled(lines, log_.recording.scans);
+    }
+    order(lines, "odometry", faults_);
     if (lines.size() >= 2 && lines.front().value.time < lines.back().value.time &&
         (!fields || covers_half(lines, log_.recording.scans))) {
       log_.recording.odometry = values_of(lines);

@@ -105,6 +105,7 @@ Result<void> LineCollector::time_and_host(text::Tokens& tokens, LogTime& time) {
                                      "' (is the number of ranges correct?)");
   }
   time = *parsed;
+  logger_time_.reset();
   const std::string_view host = tokens.next();
   const std::string_view logger_time = tokens.next();
   double number = 0.0;
@@ -117,6 +118,7 @@ Result<void> LineCollector::time_and_host(text::Tokens& tokens, LogTime& time) {
   if (!logger_time.empty() && !text::to_number(logger_time, number))
     return fault("not a logger time: '" + text::printable(logger_time) + "'");
   if (!tokens.at_end()) return fault("more fields than the line should have");
+  logger_time_ = parse_stamp(logger_time);
   host_seen_ = true;
   return {};
 }
@@ -260,6 +262,7 @@ void LineCollector::take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to) 
                    " ranges are negative or not finite; treated as no return",
                lines_with_invalid_ranges_);
   scan->line = line_;
+  scan->logger_time = logger_time_;
   to.push_back(std::move(*scan));
 }
 
@@ -277,7 +280,7 @@ void LineCollector::take_radar(text::Tokens tokens) {
 template <class T>
 void LineCollector::take_sample(Result<T> sample, std::vector<Measured<T>>& to) {
   if (!sample) return skip(sample.error());
-  to.push_back({line_, std::move(*sample)});
+  to.push_back({line_, std::move(*sample), logger_time_});
 }
 
 void LineCollector::take_bare_laser(text::Tokens tokens) {

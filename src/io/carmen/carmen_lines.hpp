@@ -25,6 +25,7 @@ struct ScanLine {
   bool has_bearings = false;
   std::optional<SE2d> laser_pose;
   std::optional<SE2d> robot_pose;
+  std::optional<LogTime> logger_time;
 };
 
 /// A measurement and its line number.
@@ -32,6 +33,7 @@ template <class T>
 struct Measured {
   std::size_t line = 0;
   T value = {};
+  std::optional<LogTime> logger_time = {};
 };
 
 /// Adds to a log's problems.
@@ -124,6 +126,7 @@ class LineCollector {
   std::size_t lines_with_invalid_ranges_ = 0;
   std::size_t lines_with_invalid_points_ = 0;
   std::size_t line_ = 0;
+  std::optional<LogTime> logger_time_;  // of the last line with times
   bool terminated_ = true;
   bool host_seen_ = false;
 };

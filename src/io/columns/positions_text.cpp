@@ -12,7 +12,6 @@
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/se3.hpp>
-#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
@@ -31,7 +30,13 @@ constexpr std::pair<std::string_view, std::string_view> kNames[] = {
     {"vu(m/s)", "vu_mps"},        {"sdvn", "svn_mps"},
     {"sdve", "sve_mps"},          {"sdvu", "svd_mps"},
     {"roll(deg)", "roll_deg"},    {"pitch(deg)", "pitch_deg"},
-    {"yaw(deg)", "yaw_deg"}};
+    {"yaw(deg)", "yaw_deg"},      {"x-ecef(m)", "x_m"},
+    {"y-ecef(m)", "y_m"},         {"z-ecef(m)", "z_m"},
+    {"sdx(m)", "sx_m"},           {"sdy(m)", "sy_m"},
+    {"sdz(m)", "sz_m"},           {"sdxy(m)", "sxy_m"},
+    {"sdyz(m)", "syz_m"},         {"sdzx(m)", "szx_m"},
+    {"vx(m/s)", "vx_mps"},        {"vy(m/s)", "vy_mps"},
+    {"vz(m/s)", "vz_mps"}};
 
 std::string our_name(std::string_view heading) {
   for (const auto& [theirs, ours] : kNames)
@@ -39,8 +44,8 @@ std::string our_name(std::string_view heading) {
   return "-";
 }
 
-/// The columns of an RTKLIB solution (.pos) by its '%' heading; nullopt where it is not a solution
-/// in geodetic coordinates.
+/// The columns of an RTKLIB solution (.pos), geodetic in decimal degrees or Earth-fixed, by its '%'
+/// heading; nullopt where it is none.
 std::optional<ColumnFormat> rtklib_columns(std::string_view all, const ColumnFormat& format) {
   if (!format.columns.empty()) return std::nullopt;
   ColumnFormat found = format;
@@ -50,7 +55,7 @@ std::optional<ColumnFormat> rtklib_columns(std::string_view all, const ColumnFor
     std::vector<std::string_view> fields;
     if (line.starts_with('%')) {
       split_fields(line.substr(1), fields);
-      if (fields.size() < 4 || fields[1] != "latitude(deg)") continue;
+      if (fields.size() < 4 || our_name(fields[1]) == "-") continue;
       if (fields[0] != "GPST" && fields[0] != "UTC") continue;
       utc = fields[0] == "UTC";
       found.columns.clear();
@@ -92,7 +97,12 @@ constexpr Quantity kFix[] = {
     {"svn", Dimension::speed},   {"sve", Dimension::speed},    {"svd", Dimension::speed},
     {"vu", Dimension::speed},    {"sh", Dimension::length},    {"sv_h", Dimension::length},
     {"speed", Dimension::speed}, {"course", Dimension::angle}, {"sspeed", Dimension::speed},
-    {"q", Dimension::none}};
+    {"q", Dimension::none},      {"x", Dimension::length},     {"y", Dimension::length},
+    {"z", Dimension::length},    {"sx", Dimension::length},    {"sy", Dimension::length},
+    {"sz", Dimension::length},   {"sxy", Dimension::length},   {"syz", Dimension::length},
+    {"szx", Dimension::length},  {"vx", Dimension::speed},     {"vy", Dimension::speed},
+    {"vz", Dimension::speed}};
+constexpr std::size_t kFixX = 22;
 
 /// Variances from standard deviations; nullopt where one, or its square, is not positive and
 /// finite.
@@ -103,15 +113,41 @@ std::optional<Eigen::Matrix3d> variances(const Eigen::Vector3d& sigma) {
   return squares.asDiagonal();
 }
 
-/// RTKLIB writes signed roots of covariances, with the third axis up.
-void add_covariances(const Eigen::Vector3d& ne_eu_un, Eigen::Matrix3d& covariance) {
-  if (!ne_eu_un.allFinite()) return;
+/// RTKLIB writes signed roots of the covariances of axes 0 and 1, 1 and 2, 2 and 0.
+void add_covariances(const Eigen::Vector3d& roots, Eigen::Matrix3d& covariance) {
+  if (!roots.allFinite()) return;
   const auto from_root = [](double root) { return std::copysign(root * root, root); };
   Eigen::Matrix3d full = covariance;
-  full(0, 1) = full(1, 0) = from_root(ne_eu_un[0]);
-  full(1, 2) = full(2, 1) = -from_root(ne_eu_un[1]);
-  full(0, 2) = full(2, 0) = -from_root(ne_eu_un[2]);
+  full(0, 1) = full(1, 0) = from_root(roots[0]);
+  full(1, 2) = full(2, 1) = from_root(roots[1]);
+  full(0, 2) = full(2, 0) = from_root(roots[2]);
   if (is_positive_definite(full)) covariance = full;
+}
+
+/// From Earth-fixed metres; returns an error message, or an empty string.
+std::string from_ecef(const Eigen::Vector3d& ecef_m, Geodetic& position) {
+  if (!ecef_m.allFinite()) return "the position is not finite";
+  constexpr double kNearest_m = 6.3e6;  // geodetic coordinates are of the Earth's surface
+  if (!(ecef_m.norm() >= kNearest_m && ecef_m.norm() <= 1e9))
+    return "the Earth-fixed position is not near the Earth's surface, or above it";
+  position = geodetic_from_ecef(ecef_m);
+  return {};
+}
+
+std::string take_ecef(std::span<const double> v, GnssFix& fix) {
+  const std::span<const double> e = v.subspan(kFixX);
+  if (std::string fault = from_ecef(triple(e, 0), fix.position); !fault.empty()) return fault;
+  const Eigen::Matrix3d to_ned = rotation_ecef_ned(fix.position).transpose();
+  if (triple(e, 9).allFinite()) {
+    fix.velocity_ned_mps = to_ned * triple(e, 9);
+    fix.velocity_covariance_ned = 0.09 * Eigen::Matrix3d::Identity();  // RTKLIB writes none
+  }
+  if (triple(e, 3).hasNaN()) return {};
+  auto covariance = variances(triple(e, 3));
+  if (!covariance) return "a standard deviation is not positive";
+  add_covariances(triple(e, 6), *covariance);
+  fix.position_covariance_ned_m2 = to_ned * *covariance * to_ned.transpose();
+  return {};
 }
 
 std::string take_position(std::span<const double> v, GnssFix& fix) {
@@ -122,7 +158,8 @@ std::string take_position(std::span<const double> v, GnssFix& fix) {
   const auto covariance = variances(sigma);
   if (!covariance) return "a standard deviation is not positive";
   fix.position_covariance_ned_m2 = *covariance;
-  add_covariances(triple(v, 6), fix.position_covariance_ned_m2);
+  // The third axis of the covariances is up.
+  add_covariances(Eigen::Vector3d(v[6], -v[7], -v[8]), fix.position_covariance_ned_m2);
   return {};
 }
 
@@ -150,14 +187,17 @@ std::string take_velocity(std::span<const double> v, GnssFix& fix) {
 Result<FixFile> parse_fixes(std::string_view all, const std::string& source,
                             const ColumnFormat& format) {
   const auto rows =
-      ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kFix, 3);
+      ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kFix);
   if (!rows) return rows.error();
+  const bool ecef = rows->has(kFixX) && rows->has(kFixX + 1) && rows->has(kFixX + 2);
+  if (auto known = rows->require(0, 3); !ecef && !known) return known.error();
   FixFile file;
   const auto take = [&](const ColumnRow& row) -> std::string {
     GnssFix fix;
     fix.time = row.time;
-    if (std::string fault = take_position(row.numbers, fix); !fault.empty()) return fault;
-    if (std::string fault = take_velocity(row.numbers, fix); !fault.empty()) return fault;
+    std::string fault = ecef ? take_ecef(row.numbers, fix) : take_position(row.numbers, fix);
+    if (fault.empty() && !ecef) fault = take_velocity(row.numbers, fix);
+    if (!fault.empty()) return fault;
     const double q = row.numbers[21];
     file.fixes.push_back(std::move(fix));
     file.qualities.push_back(q >= 0.0 && q < 100.0 ? static_cast<int>(q) : 0);
@@ -195,28 +235,43 @@ std::string format_fixes(std::span<const GnssFix> fixes) {
 
 namespace {
 
-constexpr Quantity kNav[] = {{"lat", Dimension::angle},  {"lon", Dimension::angle},
-                             {"h", Dimension::length},   {"vn", Dimension::speed},
-                             {"ve", Dimension::speed},   {"vd", Dimension::speed},
-                             {"roll", Dimension::angle}, {"pitch", Dimension::angle},
-                             {"yaw", Dimension::angle},  {"vu", Dimension::speed}};
+constexpr Quantity kNav[] = {
+    {"lat", Dimension::angle},  {"lon", Dimension::angle},   {"h", Dimension::length},
+    {"vn", Dimension::speed},   {"ve", Dimension::speed},    {"vd", Dimension::speed},
+    {"roll", Dimension::angle}, {"pitch", Dimension::angle}, {"yaw", Dimension::angle},
+    {"vu", Dimension::speed},   {"x", Dimension::length},    {"y", Dimension::length},
+    {"z", Dimension::length},   {"vx", Dimension::speed},    {"vy", Dimension::speed},
+    {"vz", Dimension::speed}};
+constexpr std::size_t kNavX = 10;
 
 }  // namespace
 
 Result<NavFile> parse_nav(std::string_view all, const std::string& source,
                           const ColumnFormat& format) {
   const auto rows =
-      ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kNav, 3);
+      ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kNav);
   if (!rows) return rows.error();
+  const auto has_all = [&rows](std::size_t i) {
+    return rows->has(i) && rows->has(i + 1) && rows->has(i + 2);
+  };
+  const bool ecef = has_all(kNavX);
+  if (auto known = rows->require(0, 3); !ecef && !known) return known.error();
   NavFile file;
-  file.has_velocity = rows->has(3) && rows->has(4) && (rows->has(5) || rows->has(9));
+  file.has_velocity =
+      ecef ? has_all(kNavX + 3) : rows->has(3) && rows->has(4) && (rows->has(5) || rows->has(9));
   file.has_attitude = rows->has(6) && rows->has(7) && rows->has(8);
   const auto take = [&](const ColumnRow& row) -> std::string {
     NavState state;
     state.time = row.time;
     const std::span<const double> v = row.numbers;
-    if (std::string fault = to_geodetic(triple(v, 0), state.position); !fault.empty()) return fault;
-    if (file.has_velocity) state.velocity_ned_mps = {v[3], v[4], rows->has(5) ? v[5] : -v[9]};
+    const std::string fault = ecef ? from_ecef(triple(v, kNavX), state.position)
+                                   : to_geodetic(triple(v, 0), state.position);
+    if (!fault.empty()) return fault;
+    if (file.has_velocity && ecef) {
+      state.velocity_ned_mps = rotation_ecef_ned(state.position).transpose() * triple(v, kNavX + 3);
+    } else if (file.has_velocity) {
+      state.velocity_ned_mps = {v[3], v[4], rows->has(5) ? v[5] : -v[9]};
+    }
     if (!state.velocity_ned_mps.allFinite()) return "the velocity is not finite";
     if (file.has_attitude) {
       if (!triple(v, 6).allFinite()) return "an angle is not finite";
@@ -244,89 +299,6 @@ std::string format_nav(std::span<const NavState> trajectory) {
     for (const double angle : roll_pitch_yaw_rad(state.q_nb))
       append_numbers(out, std::array{Angle::radians(angle).degrees()});
     out += '\n';
-  }
-  return out;
-}
-
-namespace {
-
-constexpr Quantity kRanges[] = {
-    {"sat", Dimension::text},         {"x", Dimension::length},
-    {"y", Dimension::length},         {"z", Dimension::length},
-    {"vx", Dimension::speed},         {"vy", Dimension::speed},
-    {"vz", Dimension::speed},         {"range", Dimension::length},
-    {"rate", Dimension::speed},       {"range_sigma", Dimension::length},
-    {"rate_sigma", Dimension::speed}, {"cn0", Dimension::decibel_hertz}};
-
-std::optional<SatelliteId> satellite(std::string_view token) {
-  if (token.size() < 2) return std::nullopt;
-  const std::optional<GnssSystem> system = system_of(token.front());
-  int number = 0;
-  if (!system || !text::to_number(token.substr(1), number)) return std::nullopt;
-  if (number < 1 || number > 255) return std::nullopt;
-  return SatelliteId{*system, static_cast<std::uint8_t>(number)};
-}
-
-std::string take_range(const ColumnRow& row, const ColumnRows& rows, CorrectedRange& range) {
-  const std::optional<SatelliteId> id = satellite(row.texts[0]);
-  if (!id) return "not a satellite, such as G05: '" + text::printable(row.texts[0]) + "'";
-  range.satellite = *id;
-  range.position_ecef_m = triple(row.numbers, 1);
-  range.velocity_ecef_mps = triple(row.numbers, 4);
-  range.range_m = row.numbers[7];
-  range.range_rate_mps = row.numbers[8];
-  if (rows.has(9)) range.range_sigma_m = row.numbers[9];
-  if (rows.has(10)) range.range_rate_sigma_mps = row.numbers[10];
-  range.cn0_dbhz = row.numbers[11];
-  if (!range.position_ecef_m.allFinite() || !range.velocity_ecef_mps.allFinite())
-    return "the satellite's position or velocity is not finite";
-  if (std::isinf(range.range_m) || std::isinf(range.range_rate_mps)) return "an infinite range";
-  for (const double sigma : {range.range_sigma_m, range.range_rate_sigma_mps})
-    if (!(sigma > 0.0 && sigma * sigma > 0.0) || !std::isfinite(sigma * sigma))
-      return "a standard deviation is not positive";
-  return {};
-}
-
-}  // namespace
-
-Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
-                                const ColumnFormat& format) {
-  const auto rows = ColumnRows::open(all, source, format, kRanges, 8);
-  if (!rows) return rows.error();
-  RangesFile file;
-  const auto take = [&](const ColumnRow& row) -> std::string {
-    CorrectedRange range;
-    if (std::string fault = take_range(row, *rows, range); !fault.empty()) return fault;
-    if (file.epochs.empty() || file.epochs.back().time != row.time)
-      file.epochs.push_back({row.time, {}});
-    std::vector<CorrectedRange>& satellites = file.epochs.back().satellites;
-    for (const CorrectedRange& other : satellites)
-      if (other.satellite == range.satellite) return "the satellite is in this epoch already";
-    satellites.push_back(range);
-    return {};
-  };
-  if (rows->for_each(take, file.problems) == 0) return no_content("range", source, file.problems);
-  return file;
-}
-
-Result<RangesFile> read_ranges(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse(path, {}, parse_ranges, format);
-}
-
-std::string format_ranges(std::span<const RangeEpoch> epochs) {
-  std::string out =
-      "t_s sat x_m y_m z_m vx_mps vy_mps vz_mps range_m rate_mps range_sigma_m rate_sigma_mps "
-      "cn0_dbhz\n";
-  for (const RangeEpoch& epoch : epochs) {
-    for (const CorrectedRange& r : epoch.satellites) {
-      append_time(out, epoch.time);
-      out += ' ' + to_string(r.satellite);
-      append_numbers(out, r.position_ecef_m);
-      append_numbers(out, r.velocity_ecef_mps);
-      append_numbers(out, std::array{r.range_m, r.range_rate_mps, r.range_sigma_m,
-                                     r.range_rate_sigma_mps, r.cn0_dbhz});
-      out += '\n';
-    }
   }
   return out;
 }

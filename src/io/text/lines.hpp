@@ -24,8 +24,9 @@
 
 namespace wayfare::io {
 
-/// Stamps are within 126 years of the epoch, so that the difference of any two fits 64 bits.
-inline constexpr std::int64_t kLargestStamp_ns = 4'000'000'000'000'000'000;
+/// Stamps are within 142 years of the epoch: the difference of any two fits 64 bits, and so does a
+/// stamp of 2³² s, which logs contain that print a negative one as unsigned.
+inline constexpr std::int64_t kLargestStamp_ns = 4'500'000'000'000'000'000;
 
 /// A time stamp of a file.
 inline std::optional<LogTime> parse_stamp(std::string_view token) {

@@ -108,6 +108,16 @@ class Tokens {
   std::string_view rest_;
 };
 
+/// A line with '.' in place of each ',' between two digits: numbers printed by a program whose locale
+/// has decimal commas.
+inline std::string with_decimal_points(std::string_view line) {
+  const auto is_digit = [&](std::size_t i) { return line[i] >= '0' && line[i] <= '9'; };
+  std::string result(line);
+  for (std::size_t i = 1; i + 1 < line.size(); ++i)
+    if (line[i] == ',' && is_digit(i - 1) && is_digit(i + 1)) result[i] = '.';
+  return result;
+}
+
 /// `text` for use in a message: truncated, with '.' for bytes that are not printable ASCII.
 inline std::string printable(std::string_view text, std::size_t limit = 40) {
   std::string result(text.substr(0, limit));
