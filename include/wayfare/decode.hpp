@@ -13,4 +13,5 @@
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/decode/ubx.hpp>
+#include <wayfare/decode/ubx_messages.hpp>
 #include <wayfare/decode/xbus.hpp>

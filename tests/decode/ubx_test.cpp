@@ -1,4 +1,4 @@
-#include <wayfare/decode/ubx.hpp>
+#include <wayfare/decode/ubx_messages.hpp>
 
 #include <cmath>
 #include <memory>

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include <wayfare/decode/nmea.hpp>
-#include <wayfare/decode/ubx.hpp>
+#include <wayfare/decode/ubx_messages.hpp>
 #include "decoders.hpp"
 
 namespace {

@@ -27,6 +27,7 @@ namespace wayfare::decode {
 class NmeaSentence {
  public:
   NmeaSentence() = default;
+  /// All bytes of a sentence, at this position in the stream.
   NmeaSentence(std::uint64_t position, Bytes bytes) : position_(position), bytes_(bytes) {}
 
   /// "GP", "GN" …; "P" of a proprietary sentence.
@@ -54,8 +55,8 @@ class NmeaSentence {
     if (text.empty() || error != std::errc() || end != text.data() + text.size()) return {};
     return std::isfinite(value) ? std::optional(value) : std::nullopt;
   }
-  [[nodiscard]] std::uint64_t position() const { return position_; }
-  [[nodiscard]] Bytes bytes() const { return bytes_; }
+  [[nodiscard]] std::uint64_t position() const { return position_; }  ///< in the stream
+  [[nodiscard]] Bytes bytes() const { return bytes_; }                ///< from $ to the checksum
 
  private:
   /// Between $ and *.
@@ -78,9 +79,10 @@ class NmeaSentence {
 /// write somewhat more.
 class NmeaFraming {
  public:
-  using Message = NmeaSentence;
-  static constexpr std::size_t kCapacity = 256;
+  using Message = NmeaSentence;                  ///< what the sink is given
+  static constexpr std::size_t kCapacity = 256;  ///< bytes of the largest frame
 
+  /// What begins at the front.
   Look look(const Front& front, DecoderStatistics& statistics) {
     const Bytes b = front.bytes;
     if (!starts(b[0])) return Look::skip(until_start(b));
@@ -99,11 +101,13 @@ class NmeaFraming {
     return Look::need(b.size() + 1);
   }
 
+  /// Gives the sink the message of a frame.
   template <class Sink>
   void deliver(Bytes bytes, std::uint64_t position, Sink& sink) {
     const NmeaSentence sentence(position, bytes);
     sink(sentence);
   }
+  /// Bytes compared or added so far.
   [[nodiscard]] std::uint64_t examined() const { return examined_; }
 
  private:
@@ -146,26 +150,31 @@ class NmeaFraming {
   std::uint64_t examined_ = 0;
 };
 
+/// Decodes a receiver's stream.
 using NmeaDecoder = StreamDecoder<NmeaFraming>;
 
 /// Time of day and position of a GGA sentence.
 struct NmeaFix {
   double time_of_day_s = 0.0;  ///< UTC
-  double latitude_deg = 0.0, longitude_deg = 0.0;
+  double latitude_deg = 0.0;   ///< north positive
+  double longitude_deg = 0.0;  ///< east positive
   int quality = 0;  ///< 0 none, 1 GNSS, 2 differential, 4 fixed, 5 float ambiguities, 6 estimated
-  int satellites = 0;
-  std::optional<double> hdop;
-  std::optional<double> height_above_sea_m;
-  std::optional<double> geoid_m;  ///< height of the geoid above the ellipsoid
+  int satellites = 0;                        ///< used
+  std::optional<double> hdop;                ///< dilution of precision, horizontal
+  std::optional<double> height_above_sea_m;  ///< mean sea level
+  std::optional<double> geoid_m;             ///< height of the geoid above the ellipsoid
 };
 
 /// Date, position and velocity over ground of an RMC sentence.
 struct NmeaMotion {
   double time_of_day_s = 0.0;        ///< UTC
-  int year = 0, month = 0, day = 0;  ///< years 1980 to 2079
+  int year = 0;                      ///< 1980 to 2079
+  int month = 0;                     ///< 1 to 12
+  int day = 0;                       ///< 1 to 31
   bool valid = false;                ///< else a warning of the receiver
-  double latitude_deg = 0.0, longitude_deg = 0.0;
-  std::optional<double> speed_mps;
+  double latitude_deg = 0.0;         ///< north positive
+  double longitude_deg = 0.0;        ///< east positive
+  std::optional<double> speed_mps;   ///< over ground
   std::optional<double> course_deg;  ///< clockwise from true north
 };
 

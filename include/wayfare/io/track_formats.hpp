@@ -11,6 +11,7 @@
 
 namespace wayfare::io {
 
+/// Texts in the file.
 struct TrackText {
   std::string name = "track";       ///< shown by the other program
   std::string program = "wayfare";  ///< that wrote the track
