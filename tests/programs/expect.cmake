@@ -1,11 +1,11 @@
-# cmake -DCOMMAND="a;b;c" -DEXIT=zero|nonzero -DOUTPUT=regex [-DFILES="x;y"] -P expect.cmake
+# cmake -DCOMMAND="a;b;c" -DEXIT=zero|nonzero|CODE -DOUTPUT=regex [-DFILES="x;y"] -P expect.cmake
 # Runs a program; fails unless exit code, output and files are as expected.
 execute_process(COMMAND ${COMMAND} RESULT_VARIABLE code OUTPUT_VARIABLE text ERROR_VARIABLE errors)
 set(text "${text}${errors}")
 if(NOT code MATCHES "^[0-9]+$")
   message(FATAL_ERROR "crashed: ${code}\n${text}")
 endif()
-if((EXIT STREQUAL "zero" AND NOT code EQUAL 0) OR (EXIT STREQUAL "nonzero" AND code EQUAL 0))
+if((EXIT MATCHES "^[0-9]+$" AND NOT code EQUAL EXIT) OR (EXIT STREQUAL "zero" AND NOT code EQUAL 0) OR (EXIT STREQUAL "nonzero" AND code EQUAL 0))
   message(FATAL_ERROR "exit code ${code}, expected ${EXIT}\n${text}")
 endif()
 if(NOT text MATCHES "${OUTPUT}")

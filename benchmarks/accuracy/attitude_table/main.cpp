@@ -11,6 +11,7 @@
 #include <wayfare/inertial/ahrs.hpp>
 
 #include "ahrs/recording.hpp"
+#include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 
 namespace {
@@ -90,13 +91,14 @@ int main(int argc, char** argv) {
       "2021 define them.");
   Arguments arguments;
   RecordingOptions::add_path(app, "FILES", arguments.files);
-  app.add_flag("--quiet", arguments.quiet, "no progress");
+  app.add_flag("--quiet", arguments.quiet, kQuietHelp);
   app.add_option("--madgwick", arguments.madgwick_gain, "Madgwick's beta").show_default();
   app.add_option("--mahony", arguments.mahony_gain, "Mahony's proportional gain").show_default();
   app.add_option("--mahony-integral", arguments.mahony_integral, "Mahony's integral gain")
       .show_default();
   arguments.recording.add_options(app);
   arguments.filter.add_options(app);
+  app.example("unit1.csv unit2.csv", "one row for each recording");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("attitude_table", run(arguments));
 }

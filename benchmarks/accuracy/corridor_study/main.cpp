@@ -195,14 +195,15 @@ int main(int argc, char** argv) {
   Options o;
   app.add_option("--pattern", o.pattern, "1 straight, 2 curved").range(1, 2);
   app.add_option("--runs", o.runs, "drives, one per seed").range(1, 100000);
-  app.add_option("--seed", o.first_seed, "of the first drive");
+  app.add_option("--seed", o.first_seed, "of the random numbers of the first drive");
   add_threads(app, o.threads);
   app.add_option("--doors", o.doors, "distance between doors along each wall, m; 0: none")
       .range(0.0, 1000.0);
   app.add_option("--open", o.open_share, "share of open doors").range(0.0, 1.0);
-  app.add_option("--boxes", o.boxes, "per metre of wall").range(0.0, 10.0);
-  app.add_option("--people", o.people, "per metre of wall").range(0.0, 10.0);
-  app.add_flag("--quiet", o.quiet, "no progress");
+  app.add_option("--boxes", o.boxes, "boxes per metre of wall").range(0.0, 10.0);
+  app.add_option("--people", o.people, "people per metre of wall").range(0.0, 10.0);
+  app.add_flag("--quiet", o.quiet, kQuietHelp);
+  app.example("--pattern 1 --runs 100", "100 drives with straight motion");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("corridor_study", run(o));
 }

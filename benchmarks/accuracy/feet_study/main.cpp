@@ -248,9 +248,12 @@ int main(int argc, char** argv) {
   app.add_positive("--pressure-drift", a.barometer.drift_Pa, "random walk, Pa/sqrt(s)");
   app.add_option("--write", a.out,
                  "writes the first walk to this folder instead: left.csv, right.csv, "
-                 "left_truth.tum, truth.tum (the midpoint)");
+                 "left_truth.tum, truth.tum (the midpoint)")
+      .shown_as("DIR");
   app.add_flag("--force", a.force, "replace existing files");
-  app.add_flag("--quiet", a.quiet, "no progress");
+  app.add_flag("--quiet", a.quiet, kQuietHelp);
+  app.example("--seeds 20 --stairs", "20 walks with stairs");
+  app.example("--write feet --strides 60", "the readings of one walk, for pedestrian");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("feet_study", run(a));
 }

@@ -116,7 +116,7 @@ Result<void> write_comparison(const OutputArguments& to, const std::vector<SeedR
   if (auto done = add_surfaces(all.front(), to, report); !done) return done;
   report.heading("Results by seed");
   report.table(seed_table(all, first_seed));
-  return report.write(to.path("report.html"), to.write());
+  return to.write_report(report);
 }
 
 }  // namespace wayfare::examples

@@ -64,6 +64,8 @@ int main(int argc, char** argv) {
       .range(0.05, 2.0)
       .show_default();
   add_force_and_quiet(app, o);
+  add_json(app, o);
+  app.example("--seeds 5 --out hallway", "five drives");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("hallway_comparison", run(o));
 }

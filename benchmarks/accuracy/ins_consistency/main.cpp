@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/eval/consistency.hpp>
 #include <wayfare/sim/ins_monte_carlo.hpp>
 
 #include "support/program_files.hpp"
@@ -27,7 +28,7 @@ struct Options : OutputArguments {
 void add_options(CommandLine& app, Options& o) {
   app.add_option("--runs", o.runs, "drives").range(1, 100000).show_default();
   app.add_option("--seed", o.seed, "the same seed gives the same results").show_default();
-  app.add_option("--satellites", o.satellites, "largest number in view").show_default();
+  app.add_option("--satellites", o.satellites, "largest number of satellites").show_default();
   app.add_option("--rounds", o.rounds,
                  "instead of the drive of 310 s, rounds of five minutes (280 are a day; use "
                  "--imu-rate 10 for them)")
@@ -35,13 +36,12 @@ void add_options(CommandLine& app, Options& o) {
   app.add_option("--imu-rate", o.imu_rate_hz, "samples per second of the unit")
       .range(10.0, 2000.0)
       .show_default();
-  app.add_option("--threads", o.threads, "results do not depend on their number")
-      .range(1, 1024)
-      .show_default();
+  app.add_option("--threads", o.threads, kThreadsHelp).range(1, 1024).show_default();
   app.add_flag("--constraints", o.constraints,
                "with zero-velocity and non-holonomic constraints, the filter's default");
-  app.add_option("--out", o.out, "folder for report.html");
+  app.add_option("--out", o.out, "folder for report.html").shown_as("DIR");
   add_force_and_quiet(app, o);
+  add_json(app, o);
 }
 
 constexpr const char* kNames[] = {"north [m]",
@@ -166,12 +166,11 @@ Result<void> write_report(const Options& o, const Figures& f) {
       .plot(plot)
       .table(nis_table(f))
       .table(error_table(f), "Errors and their bounds");
-  return report.write(o.path("report.html"), o.write());
+  return o.write_report(report);
 }
 
 Result<void> run(const Options& o) {
-  if (!o.out.empty())
-    if (auto ready = o.prepare({"report.html"}); !ready) return ready;
+  if (auto ready = o.prepare({"report.html"}); !ready) return ready;
   sim::InsMonteCarloOptions options;
   options.imu.period = from_seconds(1.0 / o.imu_rate_hz);
   options.ranges.max_satellites = o.satellites;
@@ -185,10 +184,10 @@ Result<void> run(const Options& o) {
   progress.finish();
   if (courses[0].empty()) return Error{ErrorCode::degenerate, "the filter gives no solution"};
   const Figures figures = figures_of(courses);
-  std::printf("%s\n%s\n%s", nees_table(figures).to_text().c_str(),
-              nis_table(figures).to_text().c_str(), error_table(figures).to_text().c_str());
-  if (o.out.empty()) return {};
-  return write_report(o, figures);
+  if (o.json != "-")
+    std::printf("%s\n%s\n%s", nees_table(figures).to_text().c_str(),
+                nis_table(figures).to_text().c_str(), error_table(figures).to_text().c_str());
+  return o.wants_report() ? write_report(o, figures) : Result<void>{};
 }
 
 }  // namespace
@@ -199,6 +198,7 @@ int main(int argc, char** argv) {
       "errors.");
   Options options;
   add_options(app, options);
+  app.example("--runs 50", "50 drives");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("ins_consistency", run(options));
 }

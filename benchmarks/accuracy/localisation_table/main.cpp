@@ -155,11 +155,12 @@ int main(int argc, char** argv) {
   app.add_option("--sensors", o.sensors, "lidar, radar or both")
       .one_of({"lidar", "radar", "both"})
       .show_default();
-  app.add_flag("--beam", o.beam, "beam model instead of the likelihood field");
-  app.add_option("--threads", o.localisation.threads, "results do not depend on their number");
+  app.add_flag("--beam", o.beam, "the beam model instead of the likelihood field");
+  app.add_option("--threads", o.localisation.threads, kThreadsHelp);
   app.add_option("--beams", o.localisation.beams, "beams used per scan");
   app.add_flag("--verbose", o.verbose, "print every trial");
-  app.add_flag("--quiet", o.quiet, "no progress");
+  app.add_flag("--quiet", o.quiet, kQuietHelp);
+  app.example("--world room --seeds 20", "20 runs in one world");
   if (const auto code = app.parse(argc, argv)) return *code;
   o.localisation.use_lidar = o.sensors != "radar";
   o.localisation.use_radar = o.sensors != "lidar";

@@ -68,7 +68,7 @@ Result<void> write_report(const Options& o, const std::vector<ScanPair>& pairs,
   report.plot(plot_of(trials, options));
   report.table(cost, "Errors with the smallest initial error; mean times on this machine");
   const std::string path = o.path("report.html");
-  if (auto ok = report.write(path, o.write()); !ok) return ok;
+  if (auto ok = o.write_report(report); !ok) return ok;
   if (!o.quiet)
     std::printf("%zu pairs\n\n%s\n%s\nreport: %s\n", pairs.size(), success.to_text().c_str(),
                 cost.to_text().c_str(), path.c_str());
@@ -106,9 +106,11 @@ int main(int argc, char** argv) {
   app.add_option("--apart", o.apart_m, "distance between the scans of a pair, m")
       .range(0.01, 10.0)
       .show_default();
-  add_seed(app, o, "of the random directions of the initial errors");
+  add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
+  add_json(app, o);
+  app.example("robot.log --pairs 300 --out matching", "300 pairs of scans");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("match_comparison", run(o));
 }

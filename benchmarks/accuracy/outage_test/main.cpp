@@ -153,7 +153,7 @@ Result<OutagePlan> plan_of(const Options& o, const KnownDrive& drive) {
 
 Result<void> run(const Options& o) {
   if (!o.simulated && (o.files.imu.empty() || o.files.truth.empty()))
-    return Error{ErrorCode::invalid, "a recorded drive needs --imu and --truth; or --simulated"};
+    return bad_use("a recorded drive needs --imu and --truth; or --simulated");
   if (auto ready = o.prepare({"outages.txt", "report.html"}); !ready) return ready;
   const auto drive = drive_of(o);
   if (!drive) return drive.error();
@@ -176,8 +176,8 @@ Result<void> run(const Options& o) {
   const std::string text = description + "\n" + to_text(tables);
   const io::Report report =
       outage_report("Satellite outages: " + drive->name, description, variants, tables);
-  const auto done = first_error({io::write_file(o.path("outages.txt"), text, o.write()),
-                                 report.write(o.path("report.html"), o.write())});
+  const auto done =
+      first_error({io::write_file(o.path("outages.txt"), text, o.write()), o.write_report(report)});
   if (done && !o.quiet)
     std::printf("%s\nreport: %s\n", text.c_str(), o.path("report.html").c_str());
   return done;
@@ -189,7 +189,7 @@ int main(int argc, char** argv) {
   CommandLine app(
       "Drift of inertial navigation in satellite outages of 10 to 30 s with none to four "
       "satellites left.\nReal inertial readings with recorded ranges, or with ranges simulated "
-      "along the recording's\nreference, or an entirely simulated drive. Writes outages.txt and "
+      "along the recording's reference, or an entirely simulated drive. Writes outages.txt and "
       "report.html.");
   Options o;
   app.add_flag("--simulated", o.simulated, "a simulated drive of 310 s and 4.5 km");
@@ -209,11 +209,16 @@ int main(int argc, char** argv) {
       .existing_file();
   add_imu_topic(app, o.files.topics);
   add_out(app, o);
-  app.add_option("--seed", o.ranges.seed, "of the simulation").show_default();
-  app.add_option("--satellites", o.ranges.satellites, "satellites in view").show_default();
-  app.add_option("--range-sigma", o.ranges.range_sigma_m, "m").positive().show_default();
-  app.add_option("--rate-sigma", o.ranges.rate_sigma_mps, "m/s").positive().show_default();
-  app.add_option("--period", o.ranges.period_s, "between range epochs, s")
+  app.add_option("--seed", o.ranges.seed, kSeedHelp).show_default();
+  app.add_option("--satellites", o.ranges.satellites, "largest number of satellites")
+      .show_default();
+  app.add_option("--range-sigma", o.ranges.range_sigma_m, "noise of a range, m")
+      .positive()
+      .show_default();
+  app.add_option("--rate-sigma", o.ranges.rate_sigma_mps, "noise of a range rate, m/s")
+      .positive()
+      .show_default();
+  app.add_option("--period", o.ranges.period_s, "interval of range epochs, s")
       .range(0.05, 60.0)
       .show_default();
   app.add_option("--places", o.places, "number of start times, distributed over the drive")
@@ -223,10 +228,12 @@ int main(int argc, char** argv) {
   app.add_option("--first", o.first_s, "the first start time, s after the first sample")
       .range(0.0, 1e6)
       .show_default();
-  app.add_option("--threads", o.threads, "worker threads; results do not depend on their number")
-      .range(1, 256)
-      .show_default();
+  app.add_option("--threads", o.threads, kThreadsHelp).range(1, 256).show_default();
   add_force_and_quiet(app, o);
+  add_json(app, o);
+  app.example("--simulated --out outages", "a simulated drive");
+  app.example("--imu imu.txt --ranges ranges.txt --truth truth.txt --out outages",
+              "a recorded one");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("outage_test", run(o));
 }

@@ -163,9 +163,10 @@ int main(int argc, char** argv) {
   CommandLine app("Errors of five methods to localise a walker in simulated corridors.");
   Arguments o;
   app.add_option("--seeds", o.seeds, "walks per building").positive();
-  app.add_option("--seed", o.first, "of the first walk");
+  app.add_option("--seed", o.first, "of the random numbers of the first walk");
   app.add_option("--write", o.folder,
-                 "write scans and readings of the first rectangle to this folder, and exit");
+                 "write scans and readings of the first rectangle to this folder, and exit")
+      .shown_as("DIR");
   app.add_flag("--hector", o.hector, "only Hector SLAM, with and without its navigation filter");
   app.add_flag(
       "--heading", o.heading,
@@ -174,7 +175,8 @@ int main(int argc, char** argv) {
                  "with --heading: standard deviation of the gyro bias, deg/s")
       .positive();
   app.add_flag("--each", o.each, "print every walk");
-  app.add_flag("--quiet", o.quiet, "no progress");
+  app.add_flag("--quiet", o.quiet, kQuietHelp);
+  app.example("--seeds 5", "five walks in each building");
   if (const auto code = app.parse(argc, argv)) return *code;
   const auto walks = study_walks();
   if (!o.folder.empty())

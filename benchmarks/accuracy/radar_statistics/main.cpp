@@ -237,15 +237,19 @@ int main(int argc, char** argv) {
       "range-azimuth cells that persist in the next frame, signal-to-noise ratio, Doppler bins "
       "relative to the robot's motion, points per frame by range, share of the points by azimuth.");
   Options o;
-  app.add_option("--captures", o.captures, "folder of recorded data ports (*.dat, *.dat.gz)");
-  app.add_option("--seed", o.seed, "of worlds and noise").show_default();
+  app.add_option("--captures", o.captures, "folder of recorded data ports (*.dat, *.dat.gz)")
+      .shown_as("DIR");
+  app.add_option("--seed", o.seed, "of the random numbers of worlds and noise").show_default();
   app.add_option("--views", o.views, "simulated poses").range(1, 10000).show_default();
   app.add_option("--frames", o.frames, "at each pose").range(2, 10000).show_default();
-  app.add_option("--min-range", o.min_range_m, "m").range(0.1, 100.0).show_default();
-  app.add_option("--max-range", o.max_range_m, "m").range(0.5, 9.0).show_default();
+  app.add_option("--min-range", o.min_range_m, "smallest range, m")
+      .range(0.1, 100.0)
+      .show_default();
+  app.add_option("--max-range", o.max_range_m, "largest range, m").range(0.5, 9.0).show_default();
   app.add_option("--speed", o.speed_m_s, "of the simulated radar, straight ahead, m/s")
       .range(0.0, 0.9);
   app.add_flag("--all-points", o.all_points, "no limit of 100 points per frame");
+  app.example("--captures radar", "recorded frames beside simulated ones");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("radar_statistics", run(o));
 }

@@ -163,6 +163,7 @@ int main(int argc, char** argv) {
   app.add_option("--kernel", a.noise.kernel, "scale of the Cauchy kernel of ranges, sigmas")
       .positive()
       .show_default();
+  app.example("odometry.txt ranges.txt truth.mat", "errors of the path and of the beacons");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("range_slam_study", run(a));
 }

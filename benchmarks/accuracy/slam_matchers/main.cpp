@@ -86,7 +86,8 @@ int main(int argc, char** argv) {
   app.add_option("--lost-score", o.scores.lost,
                  "score below which their matches are not used; 0: as chosen")
       .range(0.0, 1.0);
-  app.add_flag("--quiet", o.quiet, "no progress lines");
+  app.add_flag("--quiet", o.quiet, kQuietHelp);
+  app.example("robot.log robot.relations", "all systems and matchers");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("slam_matchers", run(o));
 }

@@ -129,6 +129,7 @@ int main(int argc, char** argv) {
   app.add_option("--generations", o.generations, "of the genetic searches").show_default();
   app.add_option("--seeds", o.seeds, "runs of each search").show_default();
   app.add_option("--threads", o.threads, "of the fitness of many individuals").show_default();
+  app.example("--training drive1", "the search beside pagmo's on one drive");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("tune_against_pagmo", run(o));
 }

@@ -214,6 +214,7 @@ int main(int argc, char** argv) {
   line.add_option("--streets", a.streets_seed, "seed of a simulated log, without a file")
       .show_default();
   bench::add_growing_options(line, a.batch_every, a.options);
+  line.example("victoria.log", "a log of odometry and landmarks");
   if (const auto code = line.parse(argc, argv)) return *code;
   return examples::exit_code("bench_growing_landmarks", run(a));
 }

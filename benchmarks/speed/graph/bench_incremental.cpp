@@ -199,6 +199,7 @@ int main(int argc, char** argv) {
   line.add_option("--report", a.report, "HTML file for the curves");
   line.add_flag("--force", a.force, "replace existing files");
   bench::add_growing_options(line, a.batch_every, a.options);
+  line.example("graph.g2o", "a graph replayed edge by edge");
   if (const auto code = line.parse(argc, argv)) return *code;
   return examples::exit_code("bench_incremental", run(a));
 }

@@ -246,7 +246,7 @@ io::Report report_of(const AhrsOutputs& o) {
 
 Result<void> write_ahrs_outputs(const OutputArguments& to, const AhrsOutputs& outputs) {
   return first_error({io::write_file(to.path("attitude.csv"), csv(outputs.run), to.write()),
-                      report_of(outputs).write(to.path("report.html"), to.write())});
+                      to.write_report(report_of(outputs))});
 }
 
 struct Arguments : OutputArguments {
@@ -298,8 +298,13 @@ int main(int argc, char** argv) {
   app.add_file("--calibration", arguments.calibration,
                "of the magnetometer, from calibrate_magnetometer");
   add_force_and_quiet(app, arguments);
+  add_json(app, arguments);
   arguments.recording.add_options(app);
   arguments.filter.add_options(app);
+  app.example("unit.csv --out attitude",
+              "attitude over time and a report of a recorded nine-axis unit");
+  app.example("unit.csv --calibration magnetometer.json --out attitude",
+              "the same with a calibrated magnetometer");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("ahrs", run(arguments));
 }

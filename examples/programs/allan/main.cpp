@@ -114,11 +114,15 @@ struct Options : OutputArguments {
 constexpr const char* kParameters = "parameters.json";
 constexpr const char* kReport = "report.html";
 
-Result<void> write(const Options& o, const RestRecord& record, const UnitFit& fit) {
+Result<void> write_parameters(const Options& o, const UnitFit& fit) {
   auto config = read_nav_config(o.config);
   if (!config) return config.error();
   config->note = "imu_noise from " + o.file + " at rest; scale factors are not observable at rest";
   config->filter.imu = nominal_noise(fit);
+  return io::write_file(o.path(kParameters), format_nav_config(*config), o.write());
+}
+
+Result<void> write(const Options& o, const RestRecord& record, const UnitFit& fit) {
   io::Report report("Noise of an inertial unit at rest",
                     o.file + ": " + std::to_string(record.readings) + " samples, " +
                         eval::fixed(record.rate_hz, 1) + " per second, " +
@@ -128,33 +132,35 @@ Result<void> write(const Options& o, const RestRecord& record, const UnitFit& fi
   report.table(gauss_markov_table(fit), "Slow errors from the autocorrelation");
   for (const std::string& remark : remarks(fit)) report.paragraph(remark);
   for (const io::Plot& plot : allan_plots(fit)) report.plot(plot);
-  const auto done =
-      first_error({io::write_file(o.path(kParameters), format_nav_config(*config), o.write()),
-                   report.write(o.path(kReport), o.write())});
-  if (done)
+  const auto done = first_error(
+      {o.out.empty() ? Result<void>{} : write_parameters(o, fit), o.write_report(report)});
+  if (done && !o.quiet && !o.out.empty())
     std::printf("parameters: %s\nreport: %s\n", o.path(kParameters).c_str(),
                 o.path(kReport).c_str());
   return done;
 }
 
+void print(const Options& o, const RestRecord& record, const UnitFit& fit) {
+  std::printf("%s: %zu readings, %.3f per second, %.2f h\n\n%s\n%s\n", o.file.c_str(),
+              record.readings, record.rate_hz, record.length_s() / 3600.0,
+              allan_table(fit).to_text().c_str(), gauss_markov_table(fit).to_text().c_str());
+  for (const std::string& remark : remarks(fit)) std::printf("%s\n", remark.c_str());
+}
+
 Result<void> run(const Options& o) {
-  if (!o.out.empty())
-    if (auto ready = o.prepare({kParameters, kReport}); !ready) return ready;
+  if (auto ready = o.prepare({kParameters, kReport}); !ready) return ready;
   const auto record = read_rest_record(o.file, o.format);
   if (!record) return record.error();
   const UnitFit fit = fit_unit(*record);
-  std::printf("%s: %zu readings, %.3f per second, %.2f h\n\n%s\n%s\n", o.file.c_str(),
-              record->readings, record->rate_hz, record->length_s() / 3600.0,
-              allan_table(fit).to_text().c_str(), gauss_markov_table(fit).to_text().c_str());
-  for (const std::string& remark : remarks(fit)) std::printf("%s\n", remark.c_str());
-  return o.out.empty() ? Result<void>{} : write(o, *record, fit);
+  if (!o.quiet) print(o, *record, fit);
+  return o.wants_report() ? write(o, *record, fit) : Result<void>{};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CommandLine app(
-      "Noise of an inertial unit from a long recording at rest: Allan deviation and Gauss-Markov\n"
+      "Noise of an inertial unit from a long recording at rest: Allan deviation and Gauss-Markov "
       "fits for each axis. With --out a report with the curves, and parameters.json for gnss_ins "
       "--config.");
   Options o;
@@ -166,9 +172,13 @@ int main(int argc, char** argv) {
                  "samples per second; 0: from the times in the file");
   app.add_flag("--raw", o.format.raw, "rows of six float32: gx gy gz in deg/s, ax ay az in g");
   add_imu_topic(app, o.format.topics);
-  app.add_option("--out", o.out, "folder for the results, created if needed");
+  app.add_option("--out", o.out, kResultsFolder).shown_as("DIR");
   app.add_file("--config", o.config, "mounting and filter options for parameters.json");
-  app.add_flag("--force", o.force, "replace existing files");
+  add_force_and_quiet(app, o);
+  add_json(app, o);
+  app.example("rest.csv", "prints deviations and fits of a unit at rest");
+  app.example("rest.bag --imu-topic /imu --out noise",
+              "the same of a ROS recording, with parameters.json for gnss_ins");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("allan", run(o));
 }

@@ -129,9 +129,13 @@ int main(int argc, char** argv) {
   o.unit.add_options(app);
   app.add_flag("--no-unit", o.unit.none, "use no inertial unit, even if LOG has one");
   add_threads(app, o.threads);
-  add_seed(app, o, "of the particle filters: the same seed gives the same result");
+  add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
+  add_json(app, o);
+  app.example("robot.log --out compared", "all methods for which the log has data");
+  app.example("robot.bag --methods odometry,hector,graph --out compared",
+              "three methods on a ROS recording");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("compare_methods", run(o));
 }

@@ -88,7 +88,7 @@ Result<void> write_methods(const OutputArguments& to, const MethodOutputs& o) {
   for (const io::Plot& plot : distance_plots(o.truth, errors)) report.plot(plot);
   return first_error(
       {io::write_file(to.path("paths.svg"), io::to_svg_document(paths.front()), to.write()),
-       report.write(to.path("report.html"), to.write())});
+       to.write_report(report)});
 }
 
 }  // namespace wayfare::examples

@@ -103,11 +103,16 @@ int main(int argc, char** argv) {
       "bit of a magnetic field. Thinned out, it is what a lesser sensor would have recorded.");
   Options o;
   app.add_file("LOG", o.log, "the recorded log").required();
-  add_out(app, o, "the file to write: ROS 2's .mcap (CDR) or ROS 1's .bag");
+  app.add_option("--out", o.out, "the file to write: ROS 2's .mcap (CDR) or ROS 1's .bag")
+      .shown_as("FILE")
+      .required();
   o.unit.add_options(app);
   add_robot_topics(app, o.topics);
   add_thinning(app, o.thinning);
   add_force_and_quiet(app, o);
+  app.example("robot.log --out robot.mcap", "a ROS 2 recording");
+  app.example("robot.log --every 2 --beams 2 --out thin.bag",
+              "a ROS 1 recording of half the scans with half the beams");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("convert_log", convert(o));
 }

@@ -256,8 +256,7 @@ std::optional<LocalPlane> plane_of(const Options& o) {
 }
 
 Result<void> run(const Options& o) {
-  if (o.log.empty() == (o.simulated == 0))
-    return Error{ErrorCode::invalid, "either a LOG or --simulated is needed", {}};
+  if (o.log.empty() == (o.simulated == 0)) return bad_use("either a LOG or --simulated is needed");
   std::vector<std::string> files = {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png",
                                     "report.html"};
   if (o.simulated > 0) files.emplace_back("log.carmen");
@@ -311,9 +310,10 @@ void add_options(CommandLine& app, Options& o) {
                  "passes over a log, each started with the bias of the last");
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls only");
   app.add_flag("--rest", o.rest, "estimate the bias from odometry at rest too");
-  add_seed(app, o, "of the simulation");
+  add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
+  add_json(app, o);
   app.add_print("--print-config", corridor_options_text,
                 "print all options of --config with their defaults for logs, and exit");
 }
@@ -326,6 +326,8 @@ int main(int argc, char** argv) {
       "navigation.txt, trajectory.tum, unaided.tum, walls.png and report.html.");
   Options options;
   add_options(app, options);
+  app.example("robot.log --out corridor", "a recorded log");
+  app.example("--simulated 1 --out corridor", "a simulated drive instead");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("corridor_ins", run(options));
 }

@@ -179,7 +179,7 @@ Result<void> write_corridor_outputs(const OutputArguments& to, const CorridorOut
                       io::write_tum(to.path("trajectory.tum"), trajectory_of(o.run), to.write()),
                       io::write_tum(to.path("unaided.tum"), trajectory_of(o.unaided), to.write()),
                       io::write_png(to.path("walls.png"), walls, to.write()),
-                      report_of(o, walls).write(to.path("report.html"), to.write())});
+                      to.write_report(report_of(o, walls))});
 }
 
 }  // namespace wayfare::examples

@@ -33,9 +33,9 @@ void describe(CommandLine& app, Arguments& a) {
   app.add_option("device", a.device, "ti (AWR1843 and its family), rplidar or xsens")
       .required()
       .one_of({"ti", "awr1843", "rplidar", "xsens"});
-  app.add_option("file", a.capture, "the capture, plain or gzip").required();
+  app.add_option("file", a.capture, "the capture, plain or gzip").shown_as("FILE").required();
   app.add_flag("--csv", a.csv, "comma-separated values, the only format so far");
-  app.add_option("--out", a.out, "file to write; by default standard output");
+  app.add_option("--out", a.out, "file to write; by default standard output").shown_as("FILE");
   add_force_and_quiet(app, a);
   app.add_option("--config", a.config, "ti: chirp configuration (.cfg), for speeds before SDK 3");
   app.add_choice("--inside", a.rplidar.inside, kAnswers,
@@ -99,10 +99,13 @@ Result<void> run(const Arguments& a) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Decode a capture of a device's port to a table with one line per measurement and a header "
-      "of\n"
+      "of "
       "columns and units. Counts of decoded and skipped data are printed on standard error.");
   Arguments arguments;
   describe(app, arguments);
+  app.example("xsens unit.bin --csv", "the readings of an Xsens unit on standard output");
+  app.example("ti radar.bin --config radar.cfg --csv --out points.csv",
+              "the points of a TI mmWave radar");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("decode", run(arguments));
 }

@@ -185,7 +185,7 @@ Result<void> write(const std::vector<Method>& all, const Recording& recording,
   }
   return first_error({io::write_tum(o.path("truth.tum"), recording.truth, o.write()),
                       io::write_carmen(o.path("robot.log"), recording, o.write()),
-                      report_of(all, recording, o).write(o.path("report.html"), o.write())});
+                      o.write_report(report_of(all, recording, o))});
 }
 
 /// A robot with radar and LiDAR in a loop of corridors: odometry, graph SLAM and particle filters.
@@ -243,13 +243,14 @@ SlamOutputs outputs_of(const sim::SimulatedRun& simulated, const Truth& truth,
 /// A robot with LiDAR in an office floor, two rounds: graph SLAM.
 Result<void> run_office(const SlamArguments& o) {
   if (auto ready = prepare_folder(o.out, o.write(), {kLogName}); !ready) return ready;
+  if (auto ready = o.prepare_json(); !ready) return ready;
   const auto simulated = simulate_office(o);
   if (!simulated) return simulated.error();
   const auto slam = run_with_progress(simulated->recording, {}, o);
   if (!slam) return slam.error();
   const Truth truth(simulated->truth, "the simulation");
   const SlamOutputs outputs = outputs_of(*simulated, truth, *slam, o.seed);
-  const auto report = write_slam_outputs(o.out, outputs, o.write());
+  const auto report = write_slam_outputs(o.out, outputs, o.write(), o.json);
   if (!report) return report.error();
   if (auto done = io::write_carmen(o.path(kLogName), simulated->recording, o.write()); !done)
     return done;
@@ -270,9 +271,12 @@ int main(int argc, char** argv) {
   app.add_option("--world", world, "corridor_loop or office")
       .one_of({"corridor_loop", "office"})
       .show_default();
-  add_seed(app, arguments, "the same seed gives the same results");
+  add_seed(app, arguments, kSeedHelp);
   add_threads(app, arguments.threads);
   add_force_and_quiet(app, arguments);
+  add_json(app, arguments);
+  app.example("--out demo", "robot with radar and LiDAR in corridors");
+  app.example("--out office --world office --threads 2", "LiDAR in an office floor");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("demo", world == "office" ? run_office(arguments) : run_corridors(arguments));
 }

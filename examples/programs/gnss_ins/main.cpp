@@ -104,9 +104,14 @@ int main(int argc, char** argv) {
   app.add_flag("--no-constraints", o.no_constraints,
                "allow sideways and vertical motion in outages; standstill is still detected");
   add_force_and_quiet(app, o);
+  add_json(app, o);
   app.add_print(
       "--print-config", [] { return default_nav_config(); },
       "print all options of --config with their defaults, and exit");
+  app.example("--imu imu.txt --ranges ranges.txt --truth truth.txt --out run",
+              "the files of simulate_drive");
+  app.example("--imu imu.txt --obs rover.obs --nav brdc.nav --config drive.json --out run",
+              "a recorded drive");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("gnss_ins", run(o));
 }

@@ -79,6 +79,7 @@ int main(int argc, char** argv) {
        [&] { return check_grid(options.map); },
        [&](CommandLine& app) {
          unit.add_options(app);
-         app.add_flag("--no-unit", unit.none, "use the scans alone, even if LOG has a unit");
+         app.add_flag("--no-unit", unit.none, "use no inertial unit, even if LOG has one");
+         app.example("robot.log --unit imu.csv --out result", "scans levelled by an inertial unit");
        }});
 }

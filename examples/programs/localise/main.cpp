@@ -126,29 +126,31 @@ Facts facts_of(const Timed<LocalisationRun>& timed) {
       {"took", speed(timed.took_s, seconds_at(outcomes.back()), 2)}};
 }
 
-Result<void> run(const Options& o) {
-  if (!std::isfinite(o.localisation.max_range_m))
-    return Error{ErrorCode::invalid, "--max-range must be a number"};
+Result<Doubt> run(const Options& o) {
+  if (!std::isfinite(o.localisation.max_range_m)) return bad_use("--max-range must be a number");
   if (!std::all_of(o.initial.begin(), o.initial.end(), [](double v) { return std::isfinite(v); }))
-    return Error{ErrorCode::invalid, "--initial must be three numbers"};
+    return bad_use("--initial must be three numbers");
   if (o.sensors != "lidar" && !o.sensors.empty() && o.radar_map.empty())
-    return Error{ErrorCode::invalid, "localisation by radar needs a --radar-map"};
+    return bad_use("localisation by radar needs a --radar-map");
   const auto maps = read_maps(o);
   if (!maps) return maps.error();
   const auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
-  if (auto ready = o.prepare({"trajectory.tum", "poses.csv", "report.html"}); !ready) return ready;
+  if (auto ready = o.prepare({"trajectory.tum", "poses.csv", "report.html"}); !ready)
+    return ready.error();
   const auto timed = localise(o, *maps, *recording);
   if (!timed) return timed.error();
   print_refused_scans(timed->slam.refused_scans, timed->slam.first_refusal);
   const LocalisationOutputs outputs{"Localisation of " + o.log + " on " + o.map, maps->image,
                                     timed->slam, *truth, facts_of(*timed)};
-  if (auto done = write_localisation(o, outputs); !done || o.quiet) return done;
-  std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(),
-              to_text(localisation_errors(outputs)).c_str(), o.path("report.html").c_str());
-  return {};
+  if (auto done = write_localisation(o, outputs); !done) return done.error();
+  if (!o.quiet)
+    std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(),
+                to_text(localisation_errors(outputs)).c_str(), o.path("report.html").c_str());
+  const LocalisationOutcome& last = timed->slam.outcomes.back();
+  return Doubt{last.converged ? "" : "at the end " + status_of(last)};
 }
 
 void add_options(CommandLine& app, Options& o) {
@@ -175,10 +177,11 @@ void add_options(CommandLine& app, Options& o) {
   app.add_number("--particles", o.localisation.max_particles, 100, 10000000,
                  "largest number of particles");
   app.add_positive("--sigma", o.map_options.lidar.sigma_m, "of a range, m");
-  add_seed(app, o, "the same seed gives the same results");
+  add_seed(app, o, kSeedHelp);
   add_threads(app, o.threads);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
+  add_json(app, o);
 }
 
 }  // namespace
@@ -190,6 +193,10 @@ int main(int argc, char** argv) {
       "poses.csv (every scan) and report.html.");
   Options o;
   add_options(app, o);
+  app.example("robot.log map.yaml --out localised",
+              "finds the pose on the whole map, then follows it");
+  app.example("robot.log map.yaml --initial 1.5,2,0 --out localised",
+              "from x = 1.5 m, y = 2 m, heading 0");
   if (const auto code = app.parse(argc, argv)) return *code;
   if (o.beam) o.localisation.model = ScanLikelihood::beam;
   o.localisation.use_lidar = o.sensors != "radar";

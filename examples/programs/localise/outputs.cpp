@@ -181,7 +181,7 @@ Result<void> write_localisation(const OutputArguments& to, const LocalisationOut
   return first_error(
       {io::write_tum(to.path("trajectory.tum"), outputs.run.trajectory(true), to.write()),
        io::write_file(to.path("poses.csv"), table_of_poses(outputs), to.write()),
-       report_of(outputs).write(to.path("report.html"), to.write())});
+       to.write_report(report_of(outputs))});
 }
 
 }  // namespace wayfare::examples

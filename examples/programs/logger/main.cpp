@@ -229,10 +229,11 @@ int main(int argc, char** argv) {
   app.add_file("--config", a.config, "JSON file of sensors and options; see --print-config")
       .required();
   app.add_flag("--record", a.record, "begin to record immediately");
-  app.add_flag("--quiet", a.quiet, "no status on the terminal");
+  app.add_flag("--quiet", a.quiet, "print no progress: no status on the terminal");
   app.add_print(
       "--print-config", [] { return example_logger_config(); },
       "print an example of --config, and exit");
+  app.example("--config sensors.json --record", "records at once; Ctrl-C ends");
   if (const auto code = app.parse(argc, argv)) return *code;
   const auto end = [](int) { end_requested = 1; };
   std::signal(SIGINT, end);

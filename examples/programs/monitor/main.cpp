@@ -28,7 +28,11 @@ int main(int argc, char** argv) {
       .show_default();
   app.add_number("--port", o.port, 0, 65535, "port to listen on; 0: any free port");
   app.add_option("--token", o.token, "required in every request; generated if needed");
+  app.example("recording.mcap", "a recording at http://127.0.0.1:8090");
+  app.example("--live control.sock --port 8100", "a running logger");
   if (const auto code = app.parse(argc, argv)) return *code;
+  if (o.recording.empty() && o.live.empty())
+    return examples::exit_code("monitor", examples::bad_use("needs a recording or a live logger"));
   const auto end = [](int) { end_requested = 1; };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);

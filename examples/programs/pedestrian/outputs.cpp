@@ -219,7 +219,7 @@ Result<void> write_walk_outputs(const OutputArguments& to, const std::string& ti
                                 const WalkRun& run, const Truth& truth) {
   return first_error({io::write_file(to.path("track.csv"), csv(run), to.write()),
                       io::write_tum(to.path("trajectory.tum"), trajectory(run), to.write()),
-                      report_of(title, run, truth).write(to.path("report.html"), to.write())});
+                      to.write_report(report_of(title, run, truth))});
 }
 
 }  // namespace wayfare::examples

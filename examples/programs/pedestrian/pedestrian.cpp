@@ -129,7 +129,7 @@ Result<void> run_both_feet(const Arguments& a, const io::MargFile& left, const T
 
 Result<void> check(const Arguments& a) {
   if (a.known_length_m && !(*a.known_length_m > 0.0 && std::isfinite(*a.known_length_m)))
-    return Error{ErrorCode::invalid, "--known-length must be a positive number of metres"};
+    return bad_use("--known-length must be a positive number of metres");
   std::vector<std::string> names = {"track.csv", "trajectory.tum", "report.html"};
   if (a.two_feet()) names = {"left.tum", "right.tum", "trajectory.tum", "report.html"};
   if (a.known_length_m) names.emplace_back(kCalibration);
@@ -190,6 +190,7 @@ void add_options(CommandLine& app, Arguments& a) {
                    "random walk of the pressure, Pa/sqrt(s)");
   a.right.add_options(app);
   add_force_and_quiet(app, a);
+  add_json(app, a);
   a.recording.add_options(app);
 }
 
@@ -202,6 +203,10 @@ int main(int argc, char** argv) {
       "report.html; with --right left.tum and right.tum instead of track.csv.");
   Arguments arguments;
   add_options(app, arguments);
+  app.example("walk.csv --out walk", "the path of a walk with the unit on the body");
+  app.example("walk.csv --known-length 60 --out walk",
+              "finds the step length factor on a walk of 60 m");
+  app.example("left.csv --right right.csv --out walk", "a unit on each foot");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("pedestrian", run(arguments));
 }

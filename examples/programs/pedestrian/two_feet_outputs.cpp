@@ -143,7 +143,7 @@ Result<void> write_two_feet(const OutputArguments& to, const std::string& title,
   return first_error({io::write_tum(to.path("left.tum"), run.bound.left, to.write()),
                       io::write_tum(to.path("right.tum"), run.bound.right, to.write()),
                       io::write_tum(to.path("trajectory.tum"), run.bound.middle, to.write()),
-                      report.write(to.path("report.html"), to.write())});
+                      to.write_report(report)});
 }
 
 }  // namespace wayfare::examples

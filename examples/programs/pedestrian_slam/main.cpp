@@ -96,6 +96,10 @@ int main(int argc, char** argv) {
        submap_slam_fields(options.slam),
        std::bind_front(run, std::cref(options), std::cref(unit)),
        [&] { return check_grid(options.slam.grid); },
-       [&](CommandLine& app) { unit.add_options(app); },
+       [&](CommandLine& app) {
+         unit.add_options(app);
+         app.example("walk.log --unit unit.csv --height 1.75 --length frequency --out walk",
+                     "steps of a person of 1.75 m");
+       },
        {kDeadReckoning}});
 }

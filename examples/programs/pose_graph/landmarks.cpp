@@ -16,11 +16,9 @@ bool is_robust(const Arguments& a) {
 
 Result<void> check_options(const Arguments& a) {
   if (a.incremental && (a.gnc || a.solver != SolverChoice::block))
-    return Error{ErrorCode::unsupported,
-                 "--incremental needs a kernel or none, and the block solver"};
+    return bad_use("--incremental needs a kernel or none, and the block solver");
   if (is_robust(a) && !a.marginals.empty())
-    return Error{ErrorCode::unsupported,
-                 "--marginals of landmarks trust all edges: not with --robust", a.input};
+    return bad_use(a.input + ": --marginals of landmarks trust all edges: not with --robust");
   return {};
 }
 
@@ -79,29 +77,35 @@ Result<void> solve(io::GraphFile<G>& file, const Arguments& a, Outcome& outcome)
 }
 
 template <LieGroup G>
-Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
-  if (auto ok = check_options(a); !ok) return ok;
+Result<Doubt> run(io::GraphFile<G>& file, const Arguments& a) {
+  if (auto ok = check_options(a); !ok) return ok.error();
   Outcome outcome;
   auto done = timed(outcome.start_s, [&] { return start(file, a); });
-  if (!done) return done;
+  if (!done) return done.error();
   const io::GraphFile<G> before = file;
-  std::printf("vertices   %zu\nlandmarks  %zu\nedges      %d\n", file.vertices.size(),
-              file.landmarks.size(), graph_of(file, a).edge_count());
-  if (auto solved = solve(file, a, outcome); !solved) return solved;
-  print(outcome, a);
+  const int edges = graph_of(file, a).edge_count();
+  if (!a.quiet)
+    std::printf("vertices   %zu\nlandmarks  %zu\nedges      %d\n", file.vertices.size(),
+                file.landmarks.size(), edges);
+  if (auto solved = solve(file, a, outcome); !solved) return solved.error();
+  if (!a.quiet) print(outcome, a);
   done = io::write_g2o(a.out, file, a.write());
   if (done && !a.svg.empty())
     done = io::write_file(a.svg, draw(before, file, outcome.rejected), a.write());
   if (done && !a.rejected.empty())
     done = io::write_file(a.rejected, edges_table(file, outcome.rejected), a.write());
-  if (!done || a.marginals.empty()) return done;
-  const auto table = marginals_table(file);
-  return table ? io::write_file(a.marginals, *table, a.write()) : table.error();
+  if (done && !a.marginals.empty()) {
+    const auto table = marginals_table(file);
+    done = table ? io::write_file(a.marginals, *table, a.write()) : table.error();
+  }
+  if (!done) return done.error();
+  return finish(file.vertices.size() + file.landmarks.size(), static_cast<std::size_t>(edges),
+                outcome, a);
 }
 
 }  // namespace
 
-Result<void> run_landmarks(io::GraphFile<SE2d>& file, const Arguments& a) { return run(file, a); }
-Result<void> run_landmarks(io::GraphFile<SE3d>& file, const Arguments& a) { return run(file, a); }
+Result<Doubt> run_landmarks(io::GraphFile<SE2d>& file, const Arguments& a) { return run(file, a); }
+Result<Doubt> run_landmarks(io::GraphFile<SE3d>& file, const Arguments& a) { return run(file, a); }
 
 }  // namespace wayfare::examples

@@ -22,8 +22,7 @@ using namespace wayfare::examples;
 template <LieGroup G>
 Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
   if (a.gnc || a.solver != SolverChoice::block)
-    return Error{ErrorCode::unsupported,
-                 "--incremental needs a kernel or none, and the block solver"};
+    return bad_use("--incremental needs a kernel or none, and the block solver");
   for (const int pose : graph.fixed) {
     if (pose == 0) continue;
     return Error{ErrorCode::unsupported, "--incremental fixes the first vertex only; vertex " +
@@ -85,25 +84,29 @@ Result<void> write(const io::GraphFile<G>& file, const PoseGraph<G>& graph,
 }
 
 template <LieGroup G>
-Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
+Result<Doubt> run(io::GraphFile<G>& file, const Arguments& a) {
   for (const auto& [kind, lines] : file.ignored)
     std::fprintf(stderr, "pose_graph: %zu lines of unknown kind %s ignored\n", lines, kind.c_str());
-  if (auto ok = a.grow ? io::start_from_growth(file) : Result<void>{}; !ok) return ok;
+  if (auto ok = a.grow ? io::start_from_growth(file) : Result<void>{}; !ok) return ok.error();
   if (!file.only_poses()) return run_landmarks(file, a);
   PoseGraph<G> graph = io::to_pose_graph(file);
   if (a.robust_odometry)
     for (auto& edge : graph.edges) edge.robust = true;
-  std::printf("vertices   %zu\nedges      %zu\n", graph.poses.size(), graph.edges.size());
+  if (!a.quiet)
+    std::printf("vertices   %zu\nedges      %zu\n", graph.poses.size(), graph.edges.size());
   std::vector<G> initial;
   const auto outcome = solve(graph, a, initial);
   if (!outcome) return outcome.error();
-  print(*outcome, a);
+  if (!a.quiet) print(*outcome, a);
   io::take_poses(graph, file);
-  return write(file, graph, initial, *outcome, a);
+  if (auto done = write(file, graph, initial, *outcome, a); !done) return done.error();
+  return finish(graph.poses.size(), graph.edges.size(), *outcome, a);
 }
 
-Result<void> run(const Arguments& a) {
-  if (auto ok = refuse_existing({a.out, a.svg, a.marginals, a.rejected}, a.write()); !ok) return ok;
+Result<Doubt> run(const Arguments& a) {
+  if (auto ok = refuse_existing({a.out, a.svg, a.marginals, a.rejected}, a.write()); !ok)
+    return ok.error();
+  if (auto ok = a.prepare_json(); !ok) return ok.error();
   auto file = io::read_g2o(a.input, a.file);
   if (!file) return file.error();
   return std::visit([&](auto& graph) { return run(graph, a); }, *file);

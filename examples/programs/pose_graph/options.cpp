@@ -42,18 +42,23 @@ const std::map<std::string, Robust> kRobust{
 void add_file_options(CommandLine& app, Arguments& a) {
   app.add_option("file", a.input,
                  "g2o file, 2D or 3D, or a landmark log (ODOMETRY, LANDMARK, BR), plain or gzip")
+      .shown_as("FILE")
       .required();
-  add_out(app, a, "file for the optimised graph");
-  app.add_flag("--force", a.force, "replace existing files");
+  app.add_option("--out", a.out, "file for the optimised graph").shown_as("FILE").required();
+  add_force_and_quiet(app, a);
+  add_json(app, a);
   app.add_option(
-      "--svg", a.svg,
-      "file for a drawing of the graph before and after: path, loops, landmarks, rejected "
-      "loops in red (3D from above)");
+         "--svg", a.svg,
+         "file for a drawing of the graph before and after: path, loops, landmarks, rejected "
+         "loops in red (3D from above)")
+      .shown_as("FILE");
   app.add_option(
-      "--marginals", a.marginals,
-      "CSV of every pose's covariance in its own frame, and every landmark's; fixed ones "
-      "are exact");
-  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc rejects");
+         "--marginals", a.marginals,
+         "CSV of every pose's covariance in its own frame, and every landmark's; fixed ones "
+         "are exact")
+      .shown_as("FILE");
+  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc rejects")
+      .shown_as("FILE");
   app.add_choice("--indefinite", a.file.indefinite, kIndefinite,
                  "information matrices that are not positive semi-definite: refuse the file "
                  "(default) or project onto the nearest that is");
@@ -92,7 +97,7 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
   app.add_choice("--solver", a.solver, kSolvers,
                  "sparse Cholesky (default block: that of wayfare)");
   app.add_number("--threads", a.options.threads, 1, 256,
-                 "of the block solver; results do not depend on their number");
+                 "worker threads of the block solver; results do not depend on their number");
   app.add_number("--max-iterations", a.options.max_iterations, 1, 1'000'000,
                  "largest number of linear systems solved");
 }
@@ -109,6 +114,9 @@ std::optional<int> parse(int argc, char** argv, Arguments& a) {
   Robust robust;
   add_file_options(app, a);
   add_solver_options(app, a, start, robust);
+  app.example("graph.g2o --out optimum.g2o", "optimises a graph");
+  app.example("graph.g2o --robust gnc --rejected outliers.csv --out optimum.g2o",
+              "the same with outliers among the loop closures");
   if (const auto code = app.parse(argc, argv)) return code;
   a.options.kernel.kind = robust.kernel;
   a.gnc = robust.gnc;

@@ -3,6 +3,9 @@
 #include <cstdio>
 #include <string>
 
+#include <wayfare/eval/table.hpp>
+#include <wayfare/io/report.hpp>
+
 namespace wayfare::examples {
 
 void print(const Outcome& outcome, const Arguments& a) {
@@ -28,6 +31,26 @@ void print(const Outcome& outcome, const Arguments& a) {
                 1e3 * t.solve_s);
   }
   std::printf("\n");
+}
+
+Result<Doubt> finish(std::size_t vertices, std::size_t edges, const Outcome& outcome,
+                     const Arguments& a) {
+  const OptimiseReport& r = outcome.report;
+  const auto number = [](double value) { return eval::significant(value, 9); };
+  io::Report numbers("Pose graph " + a.input);
+  numbers.facts({{"vertices", std::to_string(vertices)},
+                 {"edges", std::to_string(edges)},
+                 {"before", number(r.initial_chi2)},
+                 {"after", number(r.final_chi2)},
+                 {"robust before", number(r.initial_cost)},
+                 {"robust after", number(r.final_cost)},
+                 {"iterations", std::to_string(r.iterations)},
+                 {"rounds", std::to_string(outcome.rounds)},
+                 {"rejected", std::to_string(outcome.rejected.size())},
+                 {"time", number(1e3 * outcome.total_s) + " ms"}});
+  if (auto done = a.write_json(numbers); !done) return done.error();
+  const bool ended = r.reason == StopReason::max_iterations && !a.incremental;
+  return Doubt{ended ? "the optimisation ended after --max-iterations" : ""};
 }
 
 }  // namespace wayfare::examples

@@ -25,6 +25,9 @@ struct Outcome {
 };
 
 void print(const Outcome& outcome, const Arguments& a);
+/// Writes the numbers for --json; in doubt if the iterations ended before the cost was lowest.
+Result<Doubt> finish(std::size_t vertices, std::size_t edges, const Outcome& outcome,
+                     const Arguments& a);
 
 /// Runs `work` and adds its seconds.
 template <class Work>
@@ -53,8 +56,7 @@ Result<void> optimise_by(Graph& graph, const Arguments& a, Outcome& outcome) {
 
 template <class Graph>
 Result<void> reject_outliers(Graph& graph, const Arguments& a, Outcome& outcome) {
-  if (a.solver != SolverChoice::block)
-    return Error{ErrorCode::unsupported, "--robust gnc uses the block solver only"};
+  if (a.solver != SolverChoice::block) return bad_use("--robust gnc uses the block solver only");
   GncOptions options;
   options.loss = *a.gnc;
   options.inlier_probability = a.inlier_probability;
@@ -69,7 +71,7 @@ Result<void> reject_outliers(Graph& graph, const Arguments& a, Outcome& outcome)
 }
 
 /// Optimises a file with landmarks or priors and writes what is asked for.
-Result<void> run_landmarks(io::GraphFile<SE2d>& file, const Arguments& a);
-Result<void> run_landmarks(io::GraphFile<SE3d>& file, const Arguments& a);
+Result<Doubt> run_landmarks(io::GraphFile<SE2d>& file, const Arguments& a);
+Result<Doubt> run_landmarks(io::GraphFile<SE3d>& file, const Arguments& a);
 
 }  // namespace wayfare::examples

@@ -108,6 +108,7 @@ Result<void> run(const Options& o) {
   const auto inputs = read_inputs(o);
   if (!inputs) return inputs.error();
   if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
+  if (auto ready = o.prepare_json(); !ready) return ready;
   const auto run = run_filter(*inputs, o);
   if (!run) return run.error();
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
@@ -116,7 +117,7 @@ Result<void> run(const Options& o) {
   if (!o.quiet)
     std::printf("%s%s", to_text(outputs.facts).c_str(), to_text(tables_of(outputs)).c_str());
   outputs.tables.emplace_back("Particles at the end", particles_table(run->slam));
-  const auto report = write_slam_outputs(o.out, outputs, o.write());
+  const auto report = write_slam_outputs(o.out, outputs, o.write(), o.json);
   if (!report) return report.error();
   if (!o.quiet) std::printf("\nreport: %s\n", report->c_str());
   return {};
@@ -142,9 +143,12 @@ int main(int argc, char** argv) {
   o.truth.add_options(app);
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
   add_threads(app, o.threads);
-  add_seed(app, o, "of the random numbers: the same seed gives the same result");
+  add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
+  add_json(app, o);
+  app.example("robot.log --out radar", "with the sensors that the log has");
+  app.example("robot.log --sensors radar --particles 20 --out radar", "by radar alone");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("radar_slam", run(o));
 }

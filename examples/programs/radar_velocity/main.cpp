@@ -117,7 +117,7 @@ Result<void> write_report(const Options& o, const Velocities& f, const Facts& fa
   }
   io::Report report("Velocity of a radar from Doppler measurements", o.log);
   report.facts(facts).plot(velocity).plot(inliers);
-  return report.write(o.path("report.html"), o.write());
+  return o.write_report(report);
 }
 
 Result<void> run(const Options& o) {
@@ -151,13 +151,17 @@ int main(int argc, char** argv) {
   add_out(app, o);
   app.add_flag("--plane", o.velocity.plane, "the radar measures no elevation");
   app.add_positive("--inlier", o.velocity.inlier_m_s, "largest error of an inlier, m/s");
-  app.add_option("--min-range", o.velocity.min_range_m, "of a point, metres")
+  app.add_option("--min-range", o.velocity.min_range_m, "smallest range of a point, m")
       .not_negative()
       .show_default();
-  app.add_option("--min-snr", o.velocity.min_snr_db, "of a point, dB").show_default();
-  add_seed(app, o, "of the random numbers: the same seed gives the same result");
+  app.add_option("--min-snr", o.velocity.min_snr_db,
+                 "smallest signal-to-noise ratio of a point, dB")
+      .show_default();
+  add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
+  add_json(app, o);
+  app.example("radar.bag --out velocity", "velocity at each frame of a ROS recording");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("radar_velocity", run(o));
 }

@@ -83,7 +83,7 @@ decode::Bytes view(const std::string& s) {
 
 /// NAME:BYTES_PER_SECOND:FILE, repeated for `seconds`.
 Result<std::unique_ptr<Device>> capture(const std::string& text, double seconds) {
-  const Error wrong{ErrorCode::invalid, "is not NAME:BYTES_PER_SECOND:FILE", text};
+  const Error wrong = examples::bad_use(text + ": is not NAME:BYTES_PER_SECOND:FILE");
   const auto first = text.find(':');
   const auto second = first == text.npos ? first : text.find(':', first + 1);
   if (second == text.npos || first == 0) return wrong;
@@ -253,7 +253,7 @@ Result<void> into_system(const Arguments& a) {
 
 Result<void> run(const Arguments& a) {
   if (a.ptys.empty() && a.recording.empty())
-    return Error{ErrorCode::invalid, "needs a recording, or --capture and --ptys"};
+    return examples::bad_use("needs a recording, or --capture and --ptys");
   if (a.ptys.empty()) return into_system(a);
   std::vector<std::unique_ptr<Device>> devices;
   if (!a.recording.empty()) {
@@ -266,7 +266,7 @@ Result<void> run(const Arguments& a) {
     if (!device) return device.error();
     devices.push_back(std::move(*device));
   }
-  if (devices.empty()) return Error{ErrorCode::invalid, "needs a recording or --capture"};
+  if (devices.empty()) return examples::bad_use("needs a recording or --capture");
   return into_terminals(a, devices);
 }
 
@@ -279,18 +279,22 @@ int main(int argc, char** argv) {
       "pedestrian dead reckoning, or the scans to graph SLAM.");
   Arguments a;
   app.add_file("RECORDING", a.recording, "a logger's recording (.mcap)");
-  app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one per device");
+  app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one per device")
+      .shown_as("DIR");
   app.add_option("--capture", a.captures,
                  "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording; repeatable");
   app.add_option("--seconds", a.seconds, "duration to which captures are repeated, at real speed")
       .not_negative();
-  app.add_number("--speed", a.speed, 1e-3, 1e6, "times real time");
+  app.add_number("--speed", a.speed, 1e-3, 1e6, "speed, times real time");
   app.add_option("--wait", a.wait_s, "seconds before the first byte").not_negative();
   app.add_option("--system", a.system,
                  "system to run; by default the one for which the recording has the sensor")
       .one_of({"pedestrian", "graph_slam"});
   a.truth.add_options(app);
-  app.add_option("--topic", a.topic, "of the inertial unit, in a recording of several units");
+  app.add_option("--topic", a.topic, "of the unit, in a recording (.mcap, .bag) of several units");
+  app.example("recording.mcap --ptys lines",
+              "the devices' bytes on pseudo-terminals in the folder");
+  app.example("recording.mcap --system graph_slam", "the scans to graph SLAM, in real time");
   if (const auto code = app.parse(argc, argv)) return *code;
   std::signal(SIGINT, [](int) { stopped = true; });
   std::signal(SIGTERM, [](int) { stopped = true; });

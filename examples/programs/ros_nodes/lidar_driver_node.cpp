@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
                                      {"off", logger::ModemLine::off}},
                                     "the modem line; off starts the motor of an A1");
   app.add_number("--beams", scan.beams, 8, 100000, "per scan, evenly distributed");
+  app.example("--port /dev/ttyUSB0 --start", "an RPLIDAR that is to begin scanning");
   const auto started = examples::start_node(argc, argv, "lidar_driver_node", app);
   if (!started.node) return started.exit_code;
   ros::Node& node = *started.node;

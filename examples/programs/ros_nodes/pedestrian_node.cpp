@@ -74,6 +74,7 @@ int main(int argc, char** argv) {
       "optionally, sensor_msgs/MagneticField on 'magnetic_field'; publishes nav_msgs/Odometry on "
       "'odom' at each step, and its transform.");
   add_options(app, a);
+  app.example("--length frequency --height 1.75", "steps of a person of 1.75 m");
   const auto started = examples::start_node(argc, argv, "pedestrian_node", app);
   if (!started.node) return started.exit_code;
   const auto length = a.length.model();

@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
       "Play a recording of ROS messages (.bag, or .mcap of ROS 2) onto its topics. "
       "Transforms on tf_static are latched.");
   app.add_file("RECORDING", a.recording, "the recording").required();
-  app.add_number("--speed", a.speed, 1e-3, 1e6, "times real time");
+  app.add_number("--speed", a.speed, 1e-3, 1e6, "speed, times real time");
   app.add_option("--from-s", a.from_s, "seconds to skip at the beginning").not_negative();
   app.add_option("--seconds", a.seconds, "largest duration to play").positive();
   app.add_option("--leave-out", a.leave_out, "a topic not to play; repeatable").take_all();
@@ -135,6 +135,7 @@ int main(int argc, char** argv) {
   app.add_option("--wait-s", a.wait_s, "longest time to wait for subscribers")
       .not_negative()
       .show_default();
+  app.example("robot.bag --speed 2", "twice as fast as recorded");
   const auto started = examples::start_node(argc, argv, "play_recording", app);
   if (!started.node) return started.exit_code;
   const auto file = ros::RecordingFile::open(a.recording);

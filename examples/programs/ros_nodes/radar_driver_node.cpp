@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
       "and as sensor_msgs/PointCloud2 on 'radar_points'. The radar must be configured.");
   examples::add_device_options(app, device);
   app.add_file("--config", config_file, "the radar's .cfg, needed for speeds before SDK 3");
+  app.example("--port /dev/ttyACM1 --config radar.cfg", "an AWR1843");
   const auto started = examples::start_node(argc, argv, "radar_driver_node", app);
   if (!started.node) return started.exit_code;
   ros::Node& node = *started.node;

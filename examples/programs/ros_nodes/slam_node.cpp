@@ -52,7 +52,7 @@ void add_options(examples::CommandLine& app, Arguments& a) {
   app.add_positive("--resolution-m", s.map.resolution_m,
                    "cell size of the published map, with laser scans only");
   app.add_number("--threads", s.slam.threads, 1, 64,
-                 "more than one: loop search and particles run in parallel");
+                 "worker threads; more than one: loop search and particles run in parallel");
   app.add_file("--config", a.config, "JSON file of SLAM options; see submap_slam --print-config");
 }
 
@@ -127,6 +127,8 @@ int main(int argc, char** argv) {
       "nav_msgs/OccupancyGrid on 'map' and nav_msgs/Path on 'path' (both latched), "
       "geometry_msgs/PoseStamped on 'pose' and the transform from map to odom (REP-105).");
   add_options(app, arguments);
+  app.example("", "submap SLAM on the topics scan and odom");
+  app.example("--no-odometry --imu scan:=front/scan", "without wheels, with an inertial unit");
   const auto started = examples::start_node(argc, argv, "slam_node", app);
   if (!started.node) return started.exit_code;
   if (const auto ok = complete(arguments); !ok) {

@@ -49,9 +49,10 @@ void add_options(CommandLine& app, Options& o) {
                      "a real building as a world: the voxels of its map, 'x y z' on each line");
   app.add_option("--way", o.route, "path through it, 'x,y,z' on each line").needs("--voxels");
   voxels.needs("--way");
-  app.add_option("--out", o.out, "the CARMEN log to write");
-  app.add_option("--truth", o.truth, "file for the true poses, as a TUM trajectory");
-  app.add_option("--seed", o.seed, "the same seed gives the same log").show_default();
+  app.add_option("--out", o.out, "the CARMEN log to write").shown_as("FILE");
+  app.add_option("--truth", o.truth, "file for the true poses, as a TUM trajectory")
+      .shown_as("FILE");
+  app.add_option("--seed", o.seed, kSeedHelp).show_default();
   app.add_flag("--print-plan", o.print_plan, "print the plan of the built-in building and exit");
   add_force_and_quiet(app, o);
 }
@@ -62,9 +63,9 @@ void add_robot_options(CommandLine& app, Options& o) {
         app.add_number("--beams", o.beams, 1, 100000, "beams per scan"),
         app.add_flag("--full-circle", o.full_circle, "beams all around (else 180 deg ahead)"),
         app.add_number("--scan-rate", o.scan_rate_hz, 0.01, 1000.0, "scans per second"),
-        app.add_number("--max-range", o.robot.lidar.max_range_m, 0.5, 1000.0, "m"),
+        app.add_number("--max-range", o.robot.lidar.max_range_m, 0.5, 1000.0, "largest range, m"),
         app.add_number("--range-noise", o.robot.lidar.range_noise_m, 0.0, 10.0,
-                       "standard deviation, m"),
+                       "standard deviation of a range, m"),
         app.add_number("--missed", o.robot.lidar.missed_return, 0.0, 1.0,
                        "probability that a beam is lost"),
         app.add_number("--slip", o.robot.wheels.slip_m_per_sqrt_m, 0.0, 10.0,
@@ -75,7 +76,8 @@ void add_robot_options(CommandLine& app, Options& o) {
                        "the same for the right wheel"),
         app.add_flag("--gyro", o.use_gyro,
                      "heading of the odometry from the gyro, not from the wheels"),
-        app.add_number("--gyro-bias", o.robot.gyro.bias_rad_s, -1.0, 1.0, "rad/s"),
+        app.add_number("--gyro-bias", o.robot.gyro.bias_rad_s, -1.0, 1.0,
+                       "bias of the gyro, rad/s"),
         app.add_number("--gyro-walk", o.robot.gyro.angle_random_walk_rad_per_sqrt_s, 0.0, 10.0,
                        "standard deviation of the angle after one second, rad")})
     o.of_plans.push_back(option);
@@ -157,10 +159,8 @@ Result<sim::World> world_of(const Options& o, const Rng& rng) {
 Result<Recording> simulate_in_world(const Options& o) {
   for (const Option& option : o.of_plans)
     if (option.given())
-      return Error{
-          ErrorCode::invalid,
-          option.name() + " is for floor plans: the robot and the route of a world are fixed",
-          o.plan};
+      return bad_use(o.plan + ": " + option.name() +
+                     " is for floor plans: the robot and the route of a world are fixed");
   const Rng rng(o.seed);
   const auto world = world_of(o, rng);
   if (!world) return world.error();
@@ -217,15 +217,16 @@ int main(int argc, char** argv) {
   Options options;
   add_options(app, options);
   add_robot_options(app, options);
+  app.example("--out robot.log --truth truth.tum", "the built-in building");
+  app.example("corridor_loop --out robot.log", "a world with radar");
+  app.example("floor.plan --waypoint 1 1 --waypoint 5 1 --out robot.log",
+              "an own floor plan and route");
   if (const auto code = app.parse(argc, argv)) return *code;
   if (options.print_plan) {
     std::fputs(std::string(sim::demo_building()).c_str(), stdout);
     return 0;
   }
-  if (options.out.empty()) {
-    std::fputs("simulate: --out LOG is needed (see --help)\n", stderr);
-    return 2;
-  }
+  if (options.out.empty()) return exit_code("simulate", bad_use("--out LOG is needed"));
   complete(options);
   return exit_code("simulate", run(options));
 }

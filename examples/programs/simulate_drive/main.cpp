@@ -59,12 +59,13 @@ void add_sensor_options(CommandLine& app, Options& o) {
                  "samples per second of the inertial unit");
   app.add_flag("--perfect-imu", o.perfect_unit, "an inertial unit without errors");
   app.add_number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs per second of the receiver");
-  app.add_option("--satellites", o.satellites, "largest number, chosen for their geometry")
+  app.add_option("--satellites", o.satellites,
+                 "largest number of satellites, chosen for their geometry")
       .show_default();
   app.add_number("--mask", o.elevation_mask_deg, -10.0, 90.0, "smallest elevation, degrees");
   app.add_number("--range-sigma", o.ranges.range_sigma_m, 0.0, 1000.0, "noise of a range, m");
   app.add_number("--rate-sigma", o.ranges.range_rate_sigma_mps, 0.0, 1000.0,
-                 "of a range rate, m/s");
+                 "noise of a range rate, m/s");
   app.add_number("--multipath", o.multipath_per_hour, 0.0, 3600.0,
                  "bursts of reflections per satellite and hour, 20 m and 10 s on average");
   app.add_option("--outage", o.outages,
@@ -108,8 +109,7 @@ Result<sim::SatelliteOutage> parse_outage(const std::string& text, LogTime start
   const auto outages = parse_outages(text);
   if (!outages || outages->size() != 1 ||
       outages->front().start_s + outages->front().length_s > 1e7)
-    return Error{ErrorCode::invalid,
-                 "--outage must be BEGIN:LENGTH[:SATELLITES], not '" + text + "'"};
+    return bad_use("--outage must be BEGIN:LENGTH[:SATELLITES], not '" + text + "'");
   const NavOutage& o = outages->front();
   const LogTime from = start + from_seconds(o.start_s);
   return sim::SatelliteOutage{from, from + from_seconds(o.length_s), o.satellites_left};
@@ -165,6 +165,9 @@ int main(int argc, char** argv) {
   Options options;
   add_options(app, options);
   add_sensor_options(app, options);
+  app.example("--out drive", "a drive of 310 s");
+  app.example("--route town --outage 60:20 --out drive",
+              "a drive in a town without satellites from 60 s to 80 s");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("simulate_drive", run(options));
 }

@@ -39,9 +39,8 @@ Result<std::array<bool, kGnssSystems>> systems_of(const std::string& letters) {
     if (letter == ',') continue;
     const auto system = system_of(letter);
     if (!system)
-      return Error{ErrorCode::invalid,
-                   std::string("no system has the letter '") + letter + "'; there are G, R, E, C",
-                   "--system"};
+      return bad_use(std::string("--system: no system has the letter '") + letter +
+                     "'; there are G, R, E, C");
     wanted[static_cast<std::size_t>(index_of(*system))] = true;
   }
   return wanted;
@@ -165,10 +164,9 @@ Facts facts_of(const SppRun& run, const Ephemerides& messages, const Arguments& 
       {"took", eval::fixed(1e6 * took_s / static_cast<double>(run.epochs), 0) + " µs per epoch"}};
 }
 
-Result<void> run_spp(const Arguments& a) {
-  if (!a.out.empty())
-    if (auto ready = a.prepare({"positions.txt", "ranges.txt", "track.tum", "report.html"}); !ready)
-      return ready;
+Result<Doubt> run_spp(const Arguments& a) {
+  if (auto ready = a.prepare({"positions.txt", "ranges.txt", "track.tum", "report.html"}); !ready)
+    return ready.error();
   const auto systems = systems_of(a.systems);
   if (!systems) return systems.error();
   const Result<Ephemerides> messages = read_messages(a.nav);
@@ -189,14 +187,13 @@ Result<void> run_spp(const Arguments& a) {
     return Error{ErrorCode::degenerate, "no epoch gives a position: " + why, a.obs};
   }
   run.facts = facts_of(run, *messages, a, took_s);
-  if (!a.out.empty()) {
-    if (auto done = write_spp_outputs(a, run); !done) return done;
-    run.facts.emplace_back("report", a.path("report.html"));
-  }
-  if (a.quiet) return {};
-  std::fputs(to_text(run.facts).c_str(), stdout);
-  if (!run.truth.empty()) std::printf("\n%s", error_table(run).to_text().c_str());
-  return {};
+  if (a.wants_report())
+    if (auto done = write_spp_outputs(a, run); !done) return done.error();
+  if (!a.out.empty()) run.facts.emplace_back("report", a.path("report.html"));
+  if (!a.quiet) std::fputs(to_text(run.facts).c_str(), stdout);
+  if (!a.quiet && !run.truth.empty()) std::printf("\n%s", error_table(run).to_text().c_str());
+  const bool any = std::ranges::any_of(run.points, &SinglePoint::consistent);
+  return Doubt{any ? "" : "no position is of consistent ranges"};
 }
 
 void add_options(CommandLine& app, Arguments& a) {
@@ -205,8 +202,9 @@ void add_options(CommandLine& app, Arguments& a) {
   app.add_option("--system", a.systems, "systems to use: G GPS, R GLONASS, E Galileo, C BeiDou")
       .show_default();
   app.add_option(
-      "--out", a.out,
-      "folder for positions.txt, ranges.txt, track.tum and report.html, created if needed");
+         "--out", a.out,
+         "folder for positions.txt, ranges.txt, track.tum and report.html, created if needed")
+      .shown_as("DIR");
   app.add_file("--truth", a.truth,
                "reference positions of the antenna: named columns or RTKLIB's .pos");
   app.add_option("--truth-columns", a.truth_columns,
@@ -226,18 +224,21 @@ void add_options(CommandLine& app, Arguments& a) {
                "estimate the clock of every system in every epoch, independent of earlier ones");
   app.add_flag("--only-consistent", a.only_consistent, "no position from inconsistent ranges");
   add_force_and_quiet(app, a);
+  add_json(app, a);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CommandLine app(
-      "Position, velocity and time from each epoch of a receiver's code and Doppler measurements\n"
-      "with broadcast orbits and clocks and exclusion of faulty satellites. One frequency, "
-      "without\n"
+      "Position, velocity and time from each epoch of a receiver's code and Doppler measurements "
+      "with broadcast orbits and clocks and exclusion of faulty satellites. One frequency, without "
       "carrier phase and differential corrections: accurate to metres, not centimetres.");
   Arguments arguments;
   add_options(app, arguments);
+  app.example("--obs rover.obs --nav brdc.nav", "positions of a receiver, counts only");
+  app.example("--obs rover.obs --nav brdc.nav --truth reference.pos --out points",
+              "with errors, positions and a report");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("spp", run_spp(arguments));
 }

@@ -28,7 +28,8 @@ struct SppRun {
 [[nodiscard]] eval::Table error_table(const SppRun& run);
 
 /// Writes positions.txt (fixes), ranges.txt (corrected ranges), track.tum (east, north, up from the
-/// first position, m) and report.html.
+/// first position, m) and report.html;
+/// without a folder only what --json asks for.
 [[nodiscard]] Result<void> write_spp_outputs(const OutputArguments& to, const SppRun& run);
 
 }  // namespace wayfare::examples

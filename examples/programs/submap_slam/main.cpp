@@ -70,6 +70,9 @@ int main(int argc, char** argv) {
          app.add_file("--continue", files.from,
                       "a map saved by an earlier run with the same options, to continue; LOG is "
                       "the log after it");
-         app.add_option("--save", files.to, "file to save the map to, for --continue");
+         app.add_option("--save", files.to, "file to save the map to, for --continue")
+             .shown_as("FILE");
+         app.example("tuesday.log --continue monday.map --save both.map --out tuesday",
+                     "goes on from the map that --save wrote before");
        }});
 }

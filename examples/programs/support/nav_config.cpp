@@ -239,8 +239,7 @@ Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
                       outage.start_s >= 0.0 && outage.start_s < 1e9 && outage.length_s > 0.0 &&
                       outage.length_s < 1e9;
     if (!good)
-      return Error{ErrorCode::parse,
-                   "not an outage START:LENGTH[:SATELLITES]: '" + std::string(one) + "'"};
+      return bad_use("not an outage START:LENGTH[:SATELLITES]: '" + std::string(one) + "'");
     outages.push_back(outage);
   }
   return outages;
@@ -249,10 +248,9 @@ Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
 Result<io::NavRecording> load_nav_recording(const NavFiles& files, const NavConfig& config,
                                             const std::function<void(double)>& progress) {
   if (files.observations.empty() && files.ranges.empty() && files.fixes.empty())
-    return Error{ErrorCode::invalid,
-                 "satellite measurements are needed: --obs and --nav, --ranges, or --fixes"};
+    return bad_use("satellite measurements are needed: --obs and --nav, --ranges, or --fixes");
   if (files.ranges.empty() && !files.observations.empty() && files.navigation.empty())
-    return Error{ErrorCode::invalid, "raw observations need a navigation file (--nav)"};
+    return bad_use("raw observations need a navigation file (--nav)");
   const auto imu = [&](const std::string& path, const io::ColumnFormat& format) {
     return ros::read_imu(path, format, files.topics);
   };

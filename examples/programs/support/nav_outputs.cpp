@@ -277,7 +277,7 @@ Result<void> write_nav_outputs(const OutputArguments& to, const NavOutputs& run,
       {io::write_file(to.path("trajectory.txt"), trajectory_text(run), options),
        io::write_tum(to.path("trajectory.tum"), local_trajectory(run.run.points), options),
        io::write_file(to.path("states.txt"), states_text(run), options),
-       report_of(run, findings).write(to.path("report.html"), options)});
+       to.write_report(report_of(run, findings))});
 }
 
 }  // namespace wayfare::examples

@@ -14,16 +14,47 @@ std::string OutputArguments::path(const std::string& name) const {
 }
 
 Result<void> OutputArguments::prepare(const std::vector<std::string>& names) const {
+  if (auto ready = prepare_json(); !ready || out.empty()) return ready;
   return prepare_files(out, names, write());
 }
 
+Result<void> OutputArguments::prepare_json() const {
+  return json == "-" ? Result<void>{} : refuse_existing({json}, write());
+}
+
+Result<void> OutputArguments::write_report(const io::Report& report) const {
+  if (!out.empty())
+    if (auto done = report.write(path("report.html"), write()); !done) return done;
+  return write_json(report);
+}
+
+Result<void> OutputArguments::write_json(const io::Report& numbers) const {
+  if (json.empty()) return {};
+  if (json != "-") return io::write_file(json, numbers.json(), write());
+  const std::string text = numbers.json();
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+    return {};
+  return Error{ErrorCode::io, "cannot be written", "standard output"};
+}
+
 void add_out(CommandLine& app, OutputArguments& arguments, const std::string& text) {
-  app.add_option("--out", arguments.out, text).required();
+  app.add_option("--out", arguments.out, text).shown_as("DIR").required();
+}
+
+void add_json(CommandLine& app, OutputArguments& arguments) {
+  app.add_word("--json",
+               "file for the report's facts, tables and curves as JSON; - for standard output, "
+               "with nothing else printed there",
+               [&arguments](const std::string& path) {
+                 arguments.json = path;
+                 if (path == "-") arguments.quiet = true;
+               })
+      .shown_as("FILE");
 }
 
 void add_force_and_quiet(CommandLine& app, OutputArguments& arguments) {
   app.add_flag("--force", arguments.force, "replace existing files");
-  app.add_flag("--quiet", arguments.quiet, "print no progress and no results");
+  app.add_flag("--quiet", arguments.quiet, "print no progress, and no results");
 }
 
 Result<void> prepare_files(const std::string& folder, const std::vector<std::string>& names,

@@ -17,7 +17,8 @@
 namespace wayfare::examples {
 
 struct OutputArguments {
-  std::string out;  ///< folder of the results, or the only file
+  std::string out;   ///< folder of the results, or the only file
+  std::string json;  ///< file of the report's numbers, "-" for standard output; empty: none
   bool force = false;
   bool quiet = false;
 
@@ -27,16 +28,34 @@ struct OutputArguments {
   }
   /// Of a file in the folder.
   [[nodiscard]] std::string path(const std::string& name) const;
-  /// Creates the folder. Without --force, an error if it contains one of the files `names`. To be
-  /// called before the work whose results they take.
+  /// Creates the folder, if one is named. Without --force, an error if it contains one of the files
+  /// `names`, or if the file of --json exists. To be called before the work whose results they
+  /// take.
   [[nodiscard]] Result<void> prepare(const std::vector<std::string>& names) const;
+  /// Whether write_report() writes anything.
+  [[nodiscard]] bool wants_report() const { return !out.empty() || !json.empty(); }
+  /// The error of a --json file that exists and is not to be replaced.
+  [[nodiscard]] Result<void> prepare_json() const;
+  /// As HTML in report.html of the folder, if one is named, and as JSON for --json.
+  [[nodiscard]] Result<void> write_report(const io::Report& report) const;
+  /// For --json alone, of a program without a report.
+  [[nodiscard]] Result<void> write_json(const io::Report& numbers) const;
 };
 
-/// --out, required.
+// What --help says about options of several programs.
+inline constexpr const char* kResultsFolder = "folder for the results, created if needed";
+inline constexpr const char* kQuietHelp = "print no progress";
+inline constexpr const char* kSeedHelp =
+    "of the random numbers: the same seed gives the same result";
+inline constexpr const char* kThreadsHelp = "worker threads; results do not depend on their number";
+
+/// --out, required: a folder.
 void add_out(CommandLine& app, OutputArguments& arguments,
-             const std::string& text = "folder for the results, created if needed");
+             const std::string& text = kResultsFolder);
 /// --force and --quiet.
 void add_force_and_quiet(CommandLine& app, OutputArguments& arguments);
+/// --json. With standard output as its file the program is quiet.
+void add_json(CommandLine& app, OutputArguments& arguments);
 
 /// As OutputArguments::prepare.
 [[nodiscard]] Result<void> prepare_files(const std::string& folder,

@@ -130,8 +130,9 @@ io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
 }
 
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
-                                       const io::WriteOptions& options) {
+                                       const io::WriteOptions& options, const std::string& json) {
   const fs::path folder(folder_name);
+  const OutputArguments to{folder_name, json, options.existing == io::Existing::replace};
   std::vector<std::string> others;
   for (const OtherEstimate& other : run.others) others.push_back(other.file);
   if (auto ready = prepare_folder(folder_name, options, others); !ready) return ready.error();
@@ -152,7 +153,7 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
        io::write_png(path("map.png"), io::to_picture(grid), options),
        run.graph.poses.empty() ? Result<void>()
                                : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
-       report_of(run, grid).write(path("report.html"), options)});
+       to.write_report(report_of(run, grid))});
   if (!done) return done.error();
   for (const OtherEstimate& other : run.others)
     if (auto ok = io::write_tum(path(other.file.c_str()), other.trajectory, options); !ok)

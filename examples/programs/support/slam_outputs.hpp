@@ -59,10 +59,12 @@ struct SlamOutputs {
                                           const std::vector<std::string>& more = {});
 
 /// Prepares `folder` and writes trajectory.tum, those of `others`, map.pgm, map.yaml, map.png,
-/// graph.g2o and report.html; returns the report's path. With `Existing::refuse` nothing is written
-/// if one of them exists.
+/// graph.g2o and report.html, and the report as JSON to the file `json`, if named
+/// (OutputArguments); returns the report's path. With `Existing::refuse` nothing is written if one
+/// of them exists.
 [[nodiscard]] Result<std::string> write_slam_outputs(const std::string& folder,
                                                      const SlamOutputs& run,
-                                                     const io::WriteOptions& options = {});
+                                                     const io::WriteOptions& options = {},
+                                                     const std::string& json = {});
 
 }  // namespace wayfare::examples

@@ -26,13 +26,17 @@ void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
   app.add_file("--config", o.config, "JSON file of options; see --print-config");
   add_threads(app, o.threads);
-  add_seed(app, o, "accepted for uniformity: " + program.system + " uses no random numbers");
+  add_seed(app, o, "of the random numbers: " + program.system + " uses none");
   app.add_flag("--no-odometry", o.no_odometry, "use the scans alone");
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
+  add_json(app, o);
   app.add_print(
       "--print-config", [&program] { return option_fields_text(program.options); },
       "print all options of --config with their defaults, and exit");
+  app.example("robot.log --out result", "trajectory, map and report of a log");
+  app.example("robot.bag --scan-topic /scan --json - --out result",
+              "the same of a ROS recording, with the numbers of the report on standard output");
   if (program.more_options) program.more_options(app);
 }
 
@@ -85,6 +89,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
   if (auto ready = prepare_folder(o.out, o.write(), program.more_files); !ready) return ready;
+  if (auto ready = o.prepare_json(); !ready) return ready;
   const auto run = run_timed(program.system, o.quiet, [&](ProgressLine& progress) {
     return program.run(*recording, o, std::ref(progress));
   });
@@ -99,7 +104,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
     outputs.tables.emplace_back(
         "Error over relations",
         eval::relations_table(program.system, *recording, slam.trajectory, *relations));
-  const auto report = write_slam_outputs(o.out, outputs, o.write());
+  const auto report = write_slam_outputs(o.out, outputs, o.write(), o.json);
   if (!report) return report.error();
   if (!o.quiet) print_report(outputs, *report);
   return {};
@@ -112,8 +117,7 @@ Result<Truth> SlamArguments::read_truth(const Recording& recording) const {
 }
 
 void add_threads(CommandLine& app, int& threads) {
-  app.add_number("--threads", threads, 1, 256,
-                 "worker threads; results do not depend on their number");
+  app.add_number("--threads", threads, 1, 256, kThreadsHelp);
 }
 
 void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& text) {

@@ -46,8 +46,7 @@ Result<void> run(const Options& o) {
     for (LogTime t = ranges.front().time; t <= ranges.back().time;
          t += std::chrono::milliseconds(100))
       truth.push_back(eval::at_lever_arm(drive->antenna_truth(t), lever));
-  if (imu.empty() || truth.empty())
-    return Error{ErrorCode::invalid, "there are no data between --from and --to"};
+  if (imu.empty() || truth.empty()) return bad_use("there are no data between --from and --to");
   NavConfig cut;
   cut.filter = config->filter;
   cut.truth_is_antenna = false;
@@ -71,7 +70,7 @@ int main(int argc, char** argv) {
   CommandLine app(
       "Extract part of a recorded drive for tune: the unit's readings are real, the ranges "
       "recorded "
-      "or\nsimulated along the recording's reference, whose attitude is the course.");
+      "or simulated along the recording's reference, whose attitude is the course.");
   Options o;
   app.add_file("--imu", o.files.imu,
                "inertial samples; two files if gyro and accelerometer are separate")
@@ -84,13 +83,16 @@ int main(int argc, char** argv) {
       .required();
   add_recorded_ranges(app, o.files);
   app.add_file("--config", o.config, "JSON description of the recording; see gnss_ins");
-  app.add_option("--from", o.from_s, "seconds after the first sample").show_default();
-  app.add_option("--to", o.to_s, "seconds after the first sample");
-  app.add_option("--seed", o.ranges.seed, "of the simulated ranges").show_default();
-  app.add_option("--satellites", o.ranges.satellites, "satellites in view").show_default();
+  app.add_option("--from", o.from_s, "begin, seconds after the first sample").show_default();
+  app.add_option("--to", o.to_s, "end, seconds after the first sample");
+  app.add_option("--seed", o.ranges.seed, kSeedHelp).show_default();
+  app.add_option("--satellites", o.ranges.satellites, "largest number of satellites")
+      .show_default();
   add_imu_topic(app, o.files.topics);
   add_out(app, o);
   app.add_flag("--force", o.force, "replace existing files");
+  app.example("--imu imu.txt --truth truth.txt --from 20 --to 120 --out drive1",
+              "100 s of a recorded drive");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("cut_drive", run(o));
 }

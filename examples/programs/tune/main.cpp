@@ -74,8 +74,7 @@ Result<CmaesOutcome> cmaes(const GeneticSearch& search, const GeneticState& from
                            std::size_t evaluations, const BatchFitness& fitness) {
   const std::size_t n = search.genes().size();
   const std::size_t individuals = std::min<std::size_t>(20, from.scores.size());
-  if (individuals < 5)
-    return Error{ErrorCode::invalid, "CMA-ES needs a population of at least five"};
+  if (individuals < 5) return bad_use("CMA-ES needs a population of at least five");
   const auto seed = static_cast<unsigned>(search.options().seed);
   pagmo::population population(pagmo::problem{UnitProblem{&search, &fitness}}, 0, seed);
   for (std::size_t i = 0; i < individuals; ++i) {
@@ -113,6 +112,7 @@ Result<void> prepare(const Options& o, bool first) {
   std::vector<std::string> names = {kTuned, kTables, kReport};
   if (!o.resume)
     for (std::size_t r = 0; r < o.runs; ++r) names.push_back(checkpoint_name(r));
+  if (auto ready = o.prepare_json(); !ready) return ready;
   const bool replace = o.force || o.resume;
   return prepare_files(o.out, names, {replace ? io::Existing::replace : io::Existing::refuse});
 }
@@ -185,17 +185,18 @@ DriveFinding evaluate(const Options& o, const LoadedDrive& drive, bool training,
 }
 
 Result<void> write(const Options& o, const TuneFindings& f, const NavConfig& config) {
-  const io::WriteOptions writing{io::Existing::replace};
+  OutputArguments to = o;
+  to.force = true;  // prepare() has looked
+  const io::WriteOptions writing = to.write();
   NavConfig tuned = config;
   tuned.filter = f.tuned;
   tuned.note = "tuned on " + f.drives.front().name;
   std::string text;
   for (const auto& [name, value] : f.facts) text += name + ": " + value + "\n";
   text += to_text(tables_of(f));
-  const auto done =
-      first_error({io::write_file(o.path(kTuned), format_nav_config(tuned), writing),
-                   io::write_file(o.path(kTables), text, writing),
-                   report_of(f, "Tuning the navigation filter").write(o.path(kReport), writing)});
+  const auto done = first_error({io::write_file(o.path(kTuned), format_nav_config(tuned), writing),
+                                 io::write_file(o.path(kTables), text, writing),
+                                 to.write_report(report_of(f, "Tuning the navigation filter"))});
   if (!done) return done;
   if (!o.quiet) std::printf("\n%s\nreport: %s\n", text.c_str(), o.path(kReport).c_str());
   return {};
@@ -300,10 +301,11 @@ void add_options(CommandLine& app, Options& o) {
   number("--mutation-rate", o.genetic.mutation_rate, 0.0, 1.0, "part of the genes");
   number("--mutation-sigma", o.genetic.mutation_sigma, 0.0, 1.0,
          "standard deviation of a mutation, part of the gene's range");
-  count("--seed", o.genetic.seed, 0, "of the first run, incremented for each further one");
+  count("--seed", o.genetic.seed, 0,
+        "of the random numbers of the first run, incremented for each further one");
   count("--span", o.spans.noise, 1, "largest factor between noise and its nominal value");
   count("--span-tau", o.spans.tau, 1, "the same for correlation times");
-  count("--threads", o.fitness.threads, 1, "worker threads; results do not depend on their number");
+  count("--threads", o.fitness.threads, 1, kThreadsHelp);
   InsFitnessWeights& w = o.fitness.weights;
   app.add_option("--weight-position", w.north, "weight of each metre").not_negative();
   const auto weight = [&](const char* name, double& value, const char* text) {
@@ -319,6 +321,7 @@ void add_options(CommandLine& app, Options& o) {
   app.add_flag("--resume", o.resume, "continue from the checkpoints in --out");
   app.add_flag("--no-outages", o.no_outages, "omit the outage tables");
   add_force_and_quiet(app, o);
+  add_json(app, o);
 }
 
 }  // namespace
@@ -328,11 +331,14 @@ int main(int argc, char** argv) {
   CommandLine app(
       "Tune the navigation filter on drives with known truth by a genetic algorithm.\nEvery "
       "generation is saved: Ctrl-C stops after the current one, --resume continues. mpirun -n N "
-      "shares\nthe work among N processes. Writes tuned.json, tables.txt and report.html.");
+      "shares the work among N processes. Writes tuned.json, tables.txt and report.html.");
   Options o;
   o.genetic.elite = 0;  // 0: a fiftieth of the population
   o.fitness.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   add_options(app, o);
+  app.example("--training drive1 drive2 --test drive3 --out tuned",
+              "tunes on two drives, evaluates on a third");
+  app.example("--training drive1 --out tuned --resume", "continues after Ctrl-C");
   if (const auto code = app.parse(argc, argv)) return *code;
   o.genetic.elite = std::max<std::size_t>(1, o.genetic.population / 50);
   o.fitness.weights.east = o.fitness.weights.down = o.fitness.weights.north;

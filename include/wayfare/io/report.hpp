@@ -1,12 +1,13 @@
 #pragma once
 
 // A run report as one self-contained HTML file with facts, tables, plots and images, viewable
-// without a network. Colours follow the reader's light or dark setting.
+// without a network. Colours follow the reader's light or dark setting. Its numbers as JSON.
 
 #include <cstddef>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
@@ -92,6 +93,17 @@ class Report {
 
   /// The whole file.
   [[nodiscard]] std::string html() const;
+  /// The same blocks in their order as one JSON object: {"title", "subtitle", "blocks": […]}. A
+  /// block has one member, which says its kind:
+  /// - "heading", "paragraph" and "image" (its caption): text;
+  /// - "facts": [{"name", "text", "value", "unit"}], value and unit where the text is a number with
+  ///   or without a unit;
+  /// - "table": {"caption", "columns": [{"name", "unit"}], "rows": [[…]]}, a cell a number, null
+  ///   for one that is not finite, {"mean", "std"} for mean ± std, else text; the first column is
+  ///   text;
+  /// - "plot": {"title", "x_label", "y_label", "series": [{"name", "x": […], "y": […]}]}, with all
+  ///   points; null where a curve is broken.
+  [[nodiscard]] std::string json() const;
   /// Errors: the file exists (see WriteOptions), or cannot be written.
   [[nodiscard]] Result<void> write(const std::string& path,
                                    const WriteOptions& options = {}) const {
@@ -102,6 +114,7 @@ class Report {
   std::string title_;
   std::string subtitle_;
   std::string body_;
+  std::vector<std::variant<std::string, Plot>> blocks_;  ///< a plot, or a block as JSON
 };
 
 /// `text` with &, <, >, " and ' as entities, and control characters and invalid UTF-8 replaced.

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "io/picture/plot_style.hpp"
+#include "io/picture/report_json.hpp"
 #include "io/text/text.hpp"
+#include "io/text/utf8.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -48,21 +50,6 @@ img{display:block;min-width:min(100%,620px);max-width:100%;max-height:900px;marg
 @media print{body{background:#fff}figure,.facts div{break-inside:avoid}}
 )";
 
-/// Length of the leading UTF-8 character in bytes; 0 where it is invalid.
-std::size_t utf8_length(std::string_view s) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(s[i]); };
-  std::size_t length = 1;
-  if (byte(0) >= 0x80) length = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
-  if (length > s.size() || (byte(0) >= 0x80 && byte(0) < 0xc2) || byte(0) > 0xf4) return 0;
-  // Longer than necessary, half of a surrogate pair, or beyond U+10FFFF.
-  if ((byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xed && byte(1) >= 0xa0) ||
-      (byte(0) == 0xf0 && byte(1) < 0x90) || (byte(0) == 0xf4 && byte(1) >= 0x90))
-    return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  return length;
-}
-
 std::string element(const char* tag, const std::string& text) {
   return std::string("<") + tag + ">" + escape_html(text) + "</" + tag + ">\n";
 }
@@ -86,7 +73,7 @@ std::string escape_html(std::string_view text) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t length = utf8_length(text);
+    const std::size_t length = text::utf8_length(text);
     const char c = text.front();
     const bool control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
     if (length == 0 || control || c == 0x7f) {
@@ -135,15 +122,18 @@ Report::Report(std::string title, std::string subtitle)
 
 Report& Report::heading(const std::string& text) {
   body_ += element("h2", text);
+  blocks_.emplace_back(json::heading(text));
   return *this;
 }
 
 Report& Report::paragraph(const std::string& text) {
   body_ += element("p", text);
+  blocks_.emplace_back(json::paragraph(text));
   return *this;
 }
 
 Report& Report::facts(const std::vector<std::pair<std::string, std::string>>& facts) {
+  blocks_.emplace_back(json::facts(facts));
   body_ += "<dl class=\"facts\">\n";
   for (const auto& [what, value] : facts)
     body_ += "<div>" + element("dt", what) + element("dd", value) + "</div>\n";
@@ -152,6 +142,7 @@ Report& Report::facts(const std::vector<std::pair<std::string, std::string>>& fa
 }
 
 Report& Report::table(const eval::Table& table, const std::string& caption) {
+  blocks_.emplace_back(json::table(table, caption));
   body_ += "<figure>\n";
   if (!caption.empty()) body_ += element("figcaption", caption);
   body_ += "<table><thead><tr>";
@@ -172,6 +163,7 @@ Report& Report::table(const eval::Table& table, const std::string& caption) {
 }
 
 Report& Report::plot(const Plot& plot) {
+  blocks_.emplace_back(plot);
   body_ += "<figure>\n";
   body_ += element("figcaption", plot.title) + legend(plot) + to_svg(plot);
   body_ += "</figure>\n";
@@ -181,6 +173,7 @@ Report& Report::plot(const Plot& plot) {
 Report& Report::image(const Image& image, const std::string& caption) {
   const Result<std::string> png = encode_png(image);
   if (!png) return paragraph(caption + ": " + png.error().to_string());
+  blocks_.emplace_back(json::image(caption));
   body_ += "<figure>\n" + element("figcaption", caption) + "<img alt=\"" + escape_html(caption);
   body_ += "\" src=\"data:image/png;base64," + text::to_base64(*png) + "\">\n</figure>\n";
   return *this;
@@ -194,6 +187,16 @@ std::string Report::html() const {
   out += element("h1", title_);
   if (!subtitle_.empty()) out += "<p class=\"subtitle\">" + escape_html(subtitle_) + "</p>\n";
   return out + body_ + "</main>\n</body>\n</html>\n";
+}
+
+std::string Report::json() const {
+  std::string out = "{\"title\": " + json::text(title_) +
+                    ",\n\"subtitle\": " + json::text(subtitle_) + ",\n\"blocks\": [";
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const Plot* plot = std::get_if<Plot>(&blocks_[i]);
+    out += (i == 0 ? "\n" : ",\n") + (plot ? json::plot(*plot) : std::get<std::string>(blocks_[i]));
+  }
+  return out + "\n]}\n";
 }
 
 }  // namespace wayfare::io

@@ -1,0 +1,91 @@
+# Exit codes of all programs: 1 for a file that is not there and for one that is junk, 2 for wrong
+# arguments (uniform.cmake), 3 for a result in doubt.
+set(_x "${_out}/exit_code")
+set(_nowhere "${_out}/nowhere")
+
+# bad_file(PROGRAM ARGUMENT...): FILE stands for the file.
+function(bad_file program)
+  set_property(GLOBAL APPEND PROPERTY WAYFARE_PROGRAMS_WITH_FILES ${program})
+  if(NOT TARGET ${program})
+    return()
+  endif()
+  set(missing "${ARGN}")
+  list(TRANSFORM missing REPLACE "^FILE$" "${_nowhere}")
+  program_test(${program}_without_its_file 1 "nowhere" COMMAND "$<TARGET_FILE:${program}>;${missing}")
+  set(junk "${ARGN}")
+  list(TRANSFORM junk REPLACE "^FILE$" "${_in}/junk.mcap")
+  program_test(${program}_with_a_junk_file 1 "junk.mcap" COMMAND "$<TARGET_FILE:${program}>;${junk}")
+endfunction()
+
+foreach(_program IN ITEMS ahrs compare_methods corridor_ins graph_slam hector_slam match_comparison
+                          pedestrian pose_graph radar_slam radar_velocity submap_slam)
+  bad_file(${_program} FILE --out "${_x}_${_program}")
+endforeach()
+foreach(_program IN ITEMS allan attitude_table calibrate_magnetometer)
+  bad_file(${_program} FILE)
+endforeach()
+bad_file(convert_log FILE --out "${_x}.bag")
+bad_file(cut_drive --imu FILE --truth FILE --from 0 --to 1 --out "${_x}_cut")
+bad_file(decode ti FILE --csv)
+bad_file(gnss_ins --imu FILE --ranges FILE --out "${_x}_ins")
+bad_file(localise FILE FILE --out "${_x}_localise")
+bad_file(logger --config FILE)
+bad_file(monitor FILE --port 0)
+bad_file(outage_test --imu FILE --ranges FILE --truth FILE --out "${_x}_outages")
+bad_file(pedestrian_slam FILE --unit FILE --out "${_x}_pedestrian_slam")
+bad_file(range_slam_study FILE FILE FILE)
+bad_file(replay FILE --ptys "${_x}_lines")
+bad_file(simulate "${_nowhere}.plan" --out "${_x}.log" --voxels FILE --way FILE)
+bad_file(simulate_drive --config FILE --out "${_x}_drive")
+bad_file(slam_matchers FILE FILE)
+bad_file(spp --obs FILE --nav FILE)
+# They fail before they look for a master.
+bad_file(play_recording FILE)
+foreach(_program IN ITEMS tune tune_against_pagmo)  # a folder
+  set_property(GLOBAL APPEND PROPERTY WAYFARE_PROGRAMS_WITH_FILES ${_program})
+endforeach()
+program_test(tune_without_its_folder 1 "nowhere: does not exist"
+  COMMAND "${_tune};--training;${_nowhere};--out;${_x}_tune")
+program_test(radar_statistics_without_captures 1 "nowhere"
+  COMMAND "$<TARGET_FILE:radar_statistics>;--captures;${_nowhere}")
+foreach(_case IN ITEMS "slam_node;--config" "pedestrian_node;--calibration" "radar_driver_node;--port;x;--config")
+  list(POP_FRONT _case _program)
+  if(TARGET ${_program})
+    program_test(${_program}_without_its_file 1 "nowhere: does not exist"
+      COMMAND "$<TARGET_FILE:${_program}>;${_case};${_nowhere}")
+  endif()
+endforeach()
+
+# No program is forgotten.
+set(_without_files corridor_study demo feet_study hallway_comparison ins_consistency lidar_driver_node
+    localisation_table pedestrian_node pedestrian_slam_study radar_driver_node radar_slam_study
+    radar_statistics slam_node)
+get_property(_all GLOBAL PROPERTY WAYFARE_PROGRAMS)
+get_property(_with_files GLOBAL PROPERTY WAYFARE_PROGRAMS_WITH_FILES)
+foreach(_program IN LISTS _all)
+  if(NOT _program MATCHES "^(tour|readme|bench)_" AND NOT _program IN_LIST _with_files
+     AND NOT _program IN_LIST _without_files)
+    message(SEND_ERROR "tests/programs/exit_codes.cmake: which file does ${_program} read?")
+  endif()
+endforeach()
+
+# Values that only the program can check are wrong arguments too.
+program_test(bad_use_of_localise 2 "--initial must be three numbers"
+  COMMAND "${_localise};${_out}/room.log;${_out}/room/map.yaml;--initial;nan,0,0;--out;${_x}"
+  NEEDS room_log room_run)
+program_test(bad_use_of_simulate 2 "--out LOG is needed" COMMAND "$<TARGET_FILE:simulate>")
+program_test(bad_use_of_monitor 2 "needs a recording" COMMAND "$<TARGET_FILE:monitor>")
+
+# In doubt: an optimisation of one iteration, a search that did not end.
+file(WRITE "${_out}/zigzag.g2o" "VERTEX_SE2 0 0 0 0\n")
+foreach(_i RANGE 1 12)
+  math(EXPR _from "${_i} - 1")
+  file(APPEND "${_out}/zigzag.g2o"
+       "VERTEX_SE2 ${_i} ${_i} 3 2\nEDGE_SE2 ${_from} ${_i} 1 0 0.6 1 0 0 1 0 100\n")
+endforeach()
+file(APPEND "${_out}/zigzag.g2o" "EDGE_SE2 12 0 1 2 0.5 1 0 0 1 0 100\n")
+program_test(doubt_of_pose_graph 3 "in doubt: the optimisation ended after --max-iterations"
+  COMMAND "${_graph};${_out}/zigzag.g2o;--max-iterations;1;--out;${_out}/zigzag_1.g2o;--force"
+  FILES "${_out}/zigzag_1.g2o")
+program_test(no_doubt_of_pose_graph 0 "iterations"
+  COMMAND "${_graph};${_out}/zigzag.g2o;--out;${_out}/zigzag_100.g2o;--force")
