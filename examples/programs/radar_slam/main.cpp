@@ -38,8 +38,10 @@ SlamSensors sensors_of(const Options& o, const Recording& recording) {
 
 Result<Inputs> read_inputs(const Options& o) {
   Inputs inputs;
-  auto recording = read_robot_log(o.log, o.topics);
+  auto recording = read_robot_log(o.log, o.topics, false);
   if (!recording) return recording.error();
+  if (recording->scans.empty() && recording->radar.empty())
+    return Error{ErrorCode::not_found, "contains neither laser scans nor radar points", o.log};
   inputs.recording = *std::move(recording);
   auto truth = o.read_truth(inputs.recording);
   if (!truth) return truth.error();

@@ -121,7 +121,7 @@ Result<void> write_report(const Options& o, const Velocities& f, const Facts& fa
 }
 
 Result<void> run(const Options& o) {
-  const auto recording = read_robot_log(o.log, o.topics);
+  const auto recording = read_robot_log(o.log, o.topics, false);
   if (!recording) return recording.error();
   if (recording->radar.empty())
     return Error{ErrorCode::not_found, "contains no radar points", o.log};

@@ -124,7 +124,8 @@ void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& tex
   app.add_option("--seed", arguments.seed, text).show_default();
 }
 
-Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames& topics) {
+Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames& topics,
+                                 bool needs_laser) {
   const auto recording_of = [](auto read) -> Result<Recording> {
     if (!read) return read.error();
     print_problems(read->problems);
@@ -135,7 +136,9 @@ Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames&
     return file ? recording_of(ros::read_robot(*file, topics)) : file.error();
   }
   if (logger::is_recording(path)) return recording_of(logger::read_robot_recording(path));
-  return recording_of(io::read_carmen(path));
+  io::CarmenOptions options;
+  options.needs_laser = needs_laser;
+  return recording_of(io::read_carmen(path, options));
 }
 
 void drop_still_odometry(Recording& recording) {

@@ -44,9 +44,10 @@ void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& tex
 inline constexpr const char* kRobotLogs =
     "CARMEN text, plain or gzip, a ROS recording (ROS 2's .mcap, ROS 1's .bag) or a logger's "
     "recording (.mcap)";
-/// Reports skipped lines on standard error.
+/// Reports skipped lines on standard error. `needs_laser`: CARMEN text without scans is an error.
 [[nodiscard]] Result<Recording> read_robot_log(const std::string& path,
-                                               const ros::TopicNames& topics = {});
+                                               const ros::TopicNames& topics = {},
+                                               bool needs_laser = true);
 
 /// Odometry that never moves, as in the logs of carriers without wheels, is none.
 void drop_still_odometry(Recording& recording);
