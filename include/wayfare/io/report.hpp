@@ -4,6 +4,7 @@
 // without a network. Colours follow the reader's light or dark setting.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,7 +18,7 @@
 
 namespace wayfare::io {
 
-enum class Mark { line, dashed, points };
+enum class Mark { line, dashed, points, fine_points };
 
 /// One curve: y over x, of the same length. A point that is not finite breaks the line.
 struct Series {
@@ -32,6 +33,14 @@ struct Series {
   }
 };
 
+/// A picture below the curves, with its edges in the units of the axes.
+struct PlotImage {
+  Image image;
+  double left = 0.0, right = 0.0, bottom = 0.0, top = 0.0;
+};
+/// The picture of a map, in metres. Its origin must not be rotated.
+[[nodiscard]] PlotImage plot_image(const GridImage& grid);
+
 struct Plot {
   std::string title;
   std::string x_label;  ///< with its unit: "time [s]"
@@ -39,6 +48,7 @@ struct Plot {
   std::vector<Series> series;  ///< coloured in order, eight distinct colours
   /// Equal scale of both axes, e.g. for trajectories.
   bool equal_aspect = false;
+  std::optional<PlotImage> image = {};  ///< left out if it cannot be encoded
 };
 
 /// An empty plot over time.
