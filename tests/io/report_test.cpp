@@ -112,5 +112,37 @@ TEST(Plot, AGapBreaksTheLine) {
   EXPECT_EQ(count(path, "M"), 2U);
 }
 
+TEST(Plot, APictureLiesBelowTheCurvesInTheUnitsOfTheAxes) {
+  GridImage grid;
+  grid.width = 20, grid.height = 10, grid.resolution_m = 0.5;
+  grid.origin = SE2d(2.0, 3.0, Angle());
+  grid.occupancy.assign(200, 0.0F);
+  Plot plot = top_view("map");
+  plot.image = plot_image(grid);
+  EXPECT_EQ(plot.image->right, 12.0);
+  EXPECT_EQ(plot.image->top, 8.0);
+  plot.series = {{"corners", {2.0, 12.0}, {8.0, 3.0}, Mark::points}};
+  const std::string svg = to_svg(plot);
+  const auto number_after = [&](const std::string& what) {
+    return std::stod(svg.substr(svg.find(what) + what.size()));
+  };
+  const std::size_t image = svg.find("<image ");
+  ASSERT_NE(image, std::string::npos);
+  EXPECT_LT(image, svg.find("class=\"s0"));
+  EXPECT_NE(svg.find("data:image/png;base64,"), std::string::npos);
+  const double x = number_after("<image x=\""), y = number_after("\" y=\"");
+  EXPECT_NE(svg.find("s0 dots"), std::string::npos);
+  EXPECT_NEAR(number_after("s0 dots\" d=\"M"), x, 0.11);
+  EXPECT_GT(number_after("width=\""), 1.9 * number_after("height=\""));
+  EXPECT_GT(y, 0.0);
+  plot.image.reset();
+  EXPECT_EQ(to_svg(plot).find("<image"), std::string::npos);
+}
+
+TEST(Plot, FinePointsAreDotsWithAThinPen) {
+  const std::string svg = to_svg({"t", "x", "y", {{"s", {0, 10}, {0, 5}, Mark::fine_points}}});
+  EXPECT_NE(svg.find("s0 dots\" style=\"stroke-width:1.6\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace wayfare::io

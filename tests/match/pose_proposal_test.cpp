@@ -194,6 +194,31 @@ TEST(PoseProposal, IsReproducibleFromTheSeed) {
   }
 }
 
+// The samples are the distribution that the pose was drawn from: their moments are its moments.
+TEST(PoseProposal, GivesOutItsSamples) {
+  Rng rng(8);
+  const Question q(rng);
+  PoseProposal proposal;
+  EXPECT_TRUE(proposal.samples().empty());
+  const auto drawn = proposal.draw(q.grid, q.points, q.proposal, q.motion, rng);
+  ASSERT_TRUE(drawn);
+  const std::vector<WeightedPose> samples = proposal.samples();
+  ASSERT_EQ(static_cast<int>(samples.size()), drawn->samples);
+  double sum = 0.0;
+  bool is_one = false;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const WeightedPose& s : samples) {
+    sum += s.weight;
+    mean += s.weight * s.T_map_points.minus(drawn->moments.mean);
+    is_one = is_one || s.T_map_points.minus(drawn->T_map_points).norm() < 1e-9;
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-9);
+  EXPECT_LT(mean.norm(), 1e-3);  // of second order in the spread of the headings
+  EXPECT_TRUE(is_one) << "the pose drawn is one of the samples";
+  EXPECT_FALSE(proposal.draw(q.grid, {}, q.proposal, q.motion, rng));
+  EXPECT_TRUE(proposal.samples().empty());
+}
+
 // Σ ln p of a thousand points is outside the range of exp.
 TEST(PoseProposal, DoesNotUnderflow) {
   Rng rng(9);

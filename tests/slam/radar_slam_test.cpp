@@ -129,6 +129,70 @@ TEST(RadarSlam, WithoutAMatchParticlesAreDrawnFromTheMotion) {
   }
 }
 
+// The motion expects the robot where it was; the second scan fits half a metre to its left, as
+// where shelves were moved.
+RadarSlam after_a_false_match(const MatchGate& gate) {
+  RadarSlamOptions options = few();
+  options.lidar.gate = gate;
+  RadarSlam slam(options);
+  EXPECT_TRUE(slam.add_lidar(room_scan(0, 3, 2)));
+  const Eigen::Vector3d sigma(0.3, 0.3, 0.1);
+  EXPECT_TRUE(slam.move({SE2d(0.1, 0.0, Angle()), sigma.cwiseAbs2().asDiagonal()}));
+  EXPECT_TRUE(slam.add_lidar(room_scan(1, 3.1, 2.5)));
+  return slam;
+}
+
+TEST(RadarSlam, AGateRejectsFalseMatches) {
+  const auto lateral_m = [](const RadarSlam& slam) {
+    return slam.trajectory().back().T_map_base.raw().y();
+  };
+  const RadarSlam open = after_a_false_match({});
+  EXPECT_EQ(open.statistics().matches, 8U);
+  EXPECT_EQ(open.statistics().matches_gated, 0U);
+  EXPECT_NEAR(lateral_m(open), 0.5, 0.1);
+  const RadarSlam gated = after_a_false_match({.lateral_m = 0.4});
+  EXPECT_EQ(gated.statistics().matches, 0U);
+  EXPECT_EQ(gated.statistics().matches_refused, 8U);
+  EXPECT_GE(gated.statistics().matches_gated, 8U);
+  const RadarSlam wider = after_a_false_match({.lateral_m = 0.6});
+  EXPECT_EQ(wider.statistics().matches, 8U) << "0.5 m to the side is within 0.6 m";
+  EXPECT_EQ(wider.statistics().matches_gated, 0U);
+}
+
+TEST(RadarSlam, AGateRejectsTurns) {
+  const auto gated = [](Angle limit) {
+    RadarSlamOptions options = few();
+    options.lidar.gate.turn = limit;
+    RadarSlam slam(options);
+    EXPECT_TRUE(slam.add_lidar(room_scan(0, 3, 2)));
+    EXPECT_TRUE(slam.move({SE2d(), (Eigen::Vector3d(0.1, 0.1, 0.1).cwiseAbs2()).asDiagonal()}));
+    LaserScan turned = room_scan(6, 3, 2);
+    turned.first_bearing = turned.first_bearing - Angle::degrees(12.0);
+    EXPECT_TRUE(slam.add_lidar(turned));
+    return slam.statistics().matches_gated;
+  };
+  EXPECT_EQ(gated(Angle::degrees(15.0)), 0U);
+  EXPECT_GE(gated(Angle::degrees(10.0)), 8U);
+}
+
+// Every particle's path ends at its pose; the best one's is the run's.
+TEST(RadarSlam, GivesThePathsOfAllParticlesOnRequest) {
+  RadarSlamOptions options = few();
+  EXPECT_TRUE(run_radar_slam(room(), options, SlamSensors::radar).value().paths.empty());
+  options.keep_paths = true;
+  options.resample_below = 1e-9;
+  const RadarSlamRun slam = run_radar_slam(room(), options, SlamSensors::radar).value();
+  EXPECT_EQ(slam.statistics.resampled, 0U);
+  ASSERT_EQ(slam.paths.size(), slam.particles.size());
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < slam.paths.size(); ++i) {
+    ASSERT_EQ(slam.paths[i].size(), slam.trajectory.size());
+    const SE2d& middle = slam.paths[i][slam.paths[i].size() / 2].T_map_base.raw();
+    same += middle.minus(slam.trajectory[slam.trajectory.size() / 2].T_map_base.raw()).norm() == 0;
+  }
+  EXPECT_EQ(same, 1U) << "without resampling no two particles share a path";
+}
+
 TEST(RadarSlam, RefusesInvalidMeasurements) {
   RadarSlam slam(few());
   LaserScan empty;

@@ -4,6 +4,7 @@
 // without a network. Colours follow the reader's light or dark setting. Its numbers as JSON.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,9 +21,10 @@ namespace wayfare::io {
 
 /// How a series is drawn.
 enum class Mark {
-  line,    ///< through the points
-  dashed,  ///< through the points
-  points,  ///< alone
+  line,         ///< through the points
+  dashed,       ///< through the points
+  points,       ///< alone
+  fine_points,  ///< alone, small: scans
 };
 
 /// One curve: y over x, of the same length. A point that is not finite breaks the line.
@@ -39,6 +41,14 @@ struct Series {
   }
 };
 
+/// A picture below the curves, with its edges in the units of the axes.
+struct PlotImage {
+  Image image;
+  double left = 0.0, right = 0.0, bottom = 0.0, top = 0.0;
+};
+/// The picture of a map, in metres. Its origin must not be rotated.
+[[nodiscard]] PlotImage plot_image(const GridImage& grid);
+
 /// Curves over common axes.
 struct Plot {
   std::string title;           ///< above the plot
@@ -47,6 +57,7 @@ struct Plot {
   std::vector<Series> series;  ///< coloured in order, eight distinct colours
   /// Equal scale of both axes, e.g. for trajectories.
   bool equal_aspect = false;
+  std::optional<PlotImage> image = {};  ///< left out if it cannot be encoded
 };
 
 /// An empty plot over time.

@@ -45,6 +45,12 @@ struct PoseDraw {
   int samples = 0;  ///< number evaluated
 };
 
+/// A sample of the proposal.
+struct WeightedPose {
+  SE2d T_map_points;
+  double weight = 0.0;
+};
+
 /// τ(x) = p(z | x, m) p(x | motion), with x from N(match, Σ): the improved proposal of a particle's
 /// pose (Zhang 2020, 5.3.4; Grisetti et al. 2007), in the log domain.
 ///
@@ -64,6 +70,10 @@ class PoseProposal {
                         const Gaussian<SE2d>& proposal, const Gaussian<SE2d>& motion, Rng& rng,
                         const PoseProposalOptions& options = {});
 
+  /// All samples of the last successful `draw` with weights in proportion to τ, of sum 1; those
+  /// below e⁻³⁰ of the largest are 0. None before it, or after an error.
+  [[nodiscard]] std::vector<WeightedPose> samples() const;
+
  private:
   struct Quadratic;
   class LogDensity;
@@ -82,7 +92,9 @@ class PoseProposal {
 
   std::vector<std::int32_t> u_, v_, index_;
   std::vector<Slice> slices_;
-  std::vector<double> log_tau_;
+  std::vector<double> log_tau_;          ///< after a draw: τ, relative to the largest
+  double cell_m_ = 0.0;                  ///< of the lattice
+  std::size_t columns_ = 0, nodes_ = 0;  ///< 0 nodes: no draw
 };
 
 }  // namespace wayfare

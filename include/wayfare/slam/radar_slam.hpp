@@ -42,6 +42,14 @@
 
 namespace wayfare {
 
+/// Rejects false matches by their correction of the motion (Zhang 2020, 5.3.4): across the robot's
+/// heading and in heading. Unlike the largest correction it does not narrow the search, so that a
+/// false match is found and rejected rather than replaced by the best within the limits.
+struct MatchGate {
+  double lateral_m = 1000.0;           ///< by default never
+  Angle turn = Angle::degrees(180.0);  ///< by default never
+};
+
 /// Parameters of one sensor's scans.
 struct RbpfSensorOptions {
   /// Clamped after a few scans, so that a wall survives later scans that conflict with it.
@@ -68,6 +76,7 @@ struct RbpfSensorOptions {
   /// Larger corrections are rejected.
   double max_correction_m = 1.2;
   Angle max_turn_correction = Angle::degrees(60);  ///< of the heading
+  MatchGate gate{};  ///< rejects matches by their lateral and heading correction
   /// Half width of the search window in standard deviations of the motion.
   double search_sigmas = 3.0;
   /// Farther points are not matched, m. Those of a radar are not mapped either: each detection, if
@@ -129,6 +138,7 @@ struct RadarSlamOptions {
   /// Sampling of a particle's pose at its match.
   PoseProposalOptions proposal{.samples = 500, .headings = 20, .divide_by_proposal = true};
   double resample_below = 0.5;  ///< threshold of 1/Σw², as a share of the number of particles
+  bool keep_paths = false;      ///< the paths of all particles are part of a RadarSlamRun
 };
 
 /// The maps of one particle.
@@ -157,6 +167,7 @@ struct RbpfStatistics {
   std::size_t without_points = 0;  ///< scans with too few points
   std::size_t matches = 0,         ///< accepted
       matches_refused = 0;         ///< rejected
+  std::size_t matches_gated = 0;   ///< by a MatchGate, over all searches
   std::size_t resampled = 0;       ///< times
   MatcherErrors matcher_errors;    ///< over all particles
 };
@@ -186,7 +197,9 @@ class RadarSlam {
 
   /// One pose per accepted scan, along the best particle's trajectory.
   [[nodiscard]] Trajectory trajectory() const;
-  /// The last of them; none before the first scan.
+  /// The same along another particle's, in the order of `particles()`.
+  [[nodiscard]] Trajectory trajectory(std::size_t particle) const;
+  /// The last of the best particle's poses; none before the first scan.
   [[nodiscard]] std::optional<StampedPose> pose() const;
   [[nodiscard]] const OccupancyGrid& lidar_map() const;  ///< of the best particle
   [[nodiscard]] const OccupancyGrid& radar_map() const;  ///< of the best particle
@@ -264,6 +277,7 @@ struct RadarSlamRun {
   RbpfStatistics statistics;           ///< counts
   std::vector<StampedPose> particles;  ///< their last poses
   std::vector<double> log_weights;     ///< of the particles, normalised
+  std::vector<Trajectory> paths;       ///< of the particles; with RadarSlamOptions::keep_paths only
   std::vector<SensorFault> faults;     ///< of wheels and gyro
   double gyro_bias_rad_s = 0.0;        ///< estimate at the end
   std::size_t refused_scans = 0;       ///< by add_lidar and add_radar
@@ -276,10 +290,12 @@ struct RadarSlamRun {
 };
 
 /// Runs the filter over `recording`, with wheels and gyro if it has them, else with its odometry.
-/// Returns an Error if no scan of the selected sensors could be used.
+/// `sync` has the number of radar frames in a scan; the geometry is that of the recording. Returns
+/// an Error if no scan of the selected sensors could be used.
 Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions options,
                                     SlamSensors sensors, const SlamProgress& progress = {},
-                                    const DeadReckoningOptions& reckoning = {});
+                                    const DeadReckoningOptions& reckoning = {},
+                                    const SyncParams& sync = {});
 
 /// Source of the motion between scans.
 enum class MotionSource {
@@ -294,8 +310,8 @@ struct RadarSlamStreamOptions {
   SlamSensors sensors = SlamSensors::both;       ///< the scans used
   MotionSource motion = MotionSource::odometry;  ///< between scans
   DeadReckoningOptions reckoning{};              ///< noise of that motion
-  /// The radar's mounting pose, and how long to wait for a stream by the measurements' clock; with
-  /// wheels all of its parameters apply.
+  /// The radar's mounting pose, the number of its frames in a scan, and how long to wait for a
+  /// stream by the measurements' clock; with wheels all of its parameters apply.
   SyncParams sync{};
 };
 

@@ -27,14 +27,16 @@ svg path{fill:none;vector-effect:non-scaling-stroke;stroke-linejoin:round;stroke
 inline std::string curve_class(Mark mark, std::size_t index) {
   std::string name("s");  // appended to: GCC 12 warns falsely of "s" + …
   name += std::to_string(index % 8);
-  name += mark == Mark::points ? " dots" : mark == Mark::dashed ? " dashed" : " line";
+  const bool dots = mark == Mark::points || mark == Mark::fine_points;
+  name += dots ? " dots" : mark == Mark::dashed ? " dashed" : " line";
   return name;
 }
 
 /// A piece of it, 26 wide and 10 high.
 inline std::string legend_sample(Mark mark, std::size_t index) {
   return "<path class=\"" + curve_class(mark, index) + "\" d=\"" +
-         (mark == Mark::points ? "M5 5h0M13 5h0M21 5h0" : "M2 5H24") + "\"/>";
+         (mark == Mark::points || mark == Mark::fine_points ? "M5 5h0M13 5h0M21 5h0" : "M2 5H24") +
+         "\"/>";
 }
 
 }  // namespace wayfare::io

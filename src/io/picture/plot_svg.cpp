@@ -72,6 +72,10 @@ struct Frame {
 
 Frame frame_of(const Plot& plot) {
   Frame frame;
+  if (plot.image) {
+    for (const double x : {plot.image->left, plot.image->right}) frame.x.add(x);
+    for (const double y : {plot.image->bottom, plot.image->top}) frame.y.add(y);
+  }
   for (const Series& series : plot.series) {
     for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
       if (!drawable(series.x[i]) || !drawable(series.y[i])) continue;
@@ -179,14 +183,17 @@ std::vector<Pixel> thinned(const std::vector<Pixel>& all) {
 void append_pixels(std::string& out, const std::vector<Pixel>& piece, Mark mark) {
   const std::vector<Pixel> points = thinned(piece);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    out += i == 0 || mark == Mark::points ? 'M' : 'L';
+    const bool dot = mark == Mark::points || mark == Mark::fine_points;
+    out += i == 0 || dot ? 'M' : 'L';
     out += point(points[i].x, points[i].y);
-    if (mark == Mark::points || points.size() == 1) out += "h0";  // a round cap makes it a dot
+    if (dot || points.size() == 1) out += "h0";  // a round cap makes it a dot
   }
 }
 
 void append_series(std::string& out, const Frame& frame, const Series& series, std::size_t index) {
-  out += "<path class=\"" + curve_class(series.mark, index) + "\" d=\"";
+  out += "<path class=\"" + curve_class(series.mark, index);
+  if (series.mark == Mark::fine_points) out += "\" style=\"stroke-width:1.6";
+  out += "\" d=\"";
   std::vector<Pixel> piece;
   for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
     if (drawable(series.x[i]) && drawable(series.y[i])) {
@@ -200,11 +207,24 @@ void append_series(std::string& out, const Frame& frame, const Series& series, s
   out += "\"/>\n";
 }
 
+void append_image(std::string& out, const Frame& frame, const PlotImage& below) {
+  const Result<std::string> png = encode_png(below.image);
+  if (!png) return;
+  const double left = frame.px(below.left), top = frame.py(below.top);
+  out += "<image x=\"" + fixed(left) + "\" y=\"" + fixed(top) + "\" width=\"" +
+         fixed(frame.px(below.right) - left) + "\" height=\"" +
+         fixed(frame.py(below.bottom) - top) +
+         "\" preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" "
+         "href=\"data:image/png;base64," +
+         text::to_base64(*png) + "\"/>\n";
+}
+
 void append_plot(std::string& out, const Frame& frame, const Plot& plot) {
   if (frame.x.empty()) {
     append_text(out, 0.5 * kWidth, 0.5 * frame.height, "text-anchor=\"middle\"", "no data");
     return;
   }
+  if (plot.image) append_image(out, frame, *plot.image);
   append_axes(out, frame, plot);
   for (std::size_t i = 0; i < plot.series.size(); ++i) append_series(out, frame, plot.series[i], i);
 }

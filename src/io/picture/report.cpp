@@ -107,6 +107,13 @@ Series broken_at_wraps(const Series& series) {
   return broken;
 }
 
+PlotImage plot_image(const GridImage& grid) {
+  const double width_m = static_cast<double>(grid.width) * grid.resolution_m;
+  const double height_m = static_cast<double>(grid.height) * grid.resolution_m;
+  return {to_picture(grid), grid.origin.x(), grid.origin.x() + width_m, grid.origin.y(),
+          grid.origin.y() + height_m};
+}
+
 Series bounds_series(const Series& upper) {
   Series bounds = upper;
   bounds.mark = Mark::dashed;

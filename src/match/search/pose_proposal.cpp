@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <string>
 
@@ -181,6 +182,7 @@ void PoseProposal::score(const LikelihoodField& grid, const PointSet& points, co
 Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet& points,
                                     const Gaussian<SE2d>& proposal, const Gaussian<SE2d>& motion,
                                     Rng& rng, const PoseProposalOptions& options) {
+  nodes_ = 0;
   if (auto ok = check(grid, points, options); !ok) return ok.error();
   const auto q = LogDensity::of(proposal), p = LogDensity::of(motion);
   if (!q) return not_a_density("proposal");
@@ -208,7 +210,26 @@ Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet&
   if (!std::isfinite(drawn.log_evidence) || !drawn.T_map_points.translation().allFinite() ||
       !drawn.moments.covariance.allFinite())
     return Error{ErrorCode::numerical, "PoseProposal: the densities exceed the range of numbers"};
+  cell_m_ = lattice.cell_m;
+  columns_ = static_cast<std::size_t>(lattice.columns);
+  nodes_ = static_cast<std::size_t>(lattice.nodes());
   return drawn;
+}
+
+std::vector<WeightedPose> PoseProposal::samples() const {
+  std::vector<WeightedPose> samples;
+  if (nodes_ == 0) return samples;
+  const double sum = std::accumulate(log_tau_.begin(), log_tau_.end(), 0.0);
+  samples.reserve(log_tau_.size());
+  for (std::size_t i = 0; i < log_tau_.size(); ++i) {
+    const Slice& slice = slices_[i / nodes_];
+    const std::size_t node = i % nodes_;
+    const Eigen::Vector2d cell(static_cast<double>(node % columns_),
+                               static_cast<double>(node / columns_));
+    samples.push_back(
+        {SE2d(Eigen::Vector2d(slice.corner + cell_m_ * cell), slice.rotation), log_tau_[i] / sum});
+  }
+  return samples;
 }
 
 /// Draws one of the samples by weight; sum and moments of the weights.

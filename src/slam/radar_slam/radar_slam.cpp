@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/detail/scans.hpp>
@@ -77,8 +78,10 @@ class RadarSlam::Engine {
   }
 
   [[nodiscard]] Trajectory trajectory() const {
-    if (!filter_) return {};
-    const Trajectory path = filter_->trajectory(filter_->best());
+    return filter_ ? trajectory(filter_->best()) : Trajectory();
+  }
+  [[nodiscard]] Trajectory trajectory(std::size_t particle) const {
+    const Trajectory path = filter_->trajectory(particle);
     Trajectory poses;
     for (const PlacedScan& s : scans_) poses.push_back({s.time, pose_of(path, s)});
     return poses;
@@ -175,6 +178,7 @@ class RadarSlam::Engine {
     const auto found = workers_.front().match[kLidar].track(best.map.lidar, points, expected,
                                                             best.pose * tracked_);
     errors.add(workers_.front().match[kLidar].take_errors());
+    statistics_.matches_gated += workers_.front().match[kLidar].take_gated();
     if (!found) return std::nullopt;
     tracked_ = best.pose.inverse() * found->pose.mean;
     return tracked_;
@@ -191,6 +195,7 @@ class RadarSlam::Engine {
     std::vector<DrawnPose> drawn(options_.particles);
     std::vector<double> turned(options_.particles, 0.0);
     std::vector<MatcherErrors> errors_of(options_.particles);
+    std::vector<std::size_t> gated(options_.particles, 0);
     const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
       Worker& worker = workers_[w];
       const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
@@ -203,6 +208,7 @@ class RadarSlam::Engine {
       const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
       drawn[index] = s;
       errors_of[index] = worker.match[sensor].take_errors();
+      gated[index] = worker.match[sensor].take_gated();
       turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
       return s.log_factor;
     };
@@ -230,6 +236,7 @@ class RadarSlam::Engine {
     ++statistics_.updates;
     statistics_.matches += outcome.matched;
     statistics_.matches_refused += first ? 0 : drawn.size() - outcome.matched;
+    for (const std::size_t g : gated) statistics_.matches_gated += g;
     statistics_.resampled += outcome.resampled ? 1 : 0;
     // Start of the next motion.
     increments_.push_back(moved_.mean);
@@ -303,6 +310,10 @@ Result<RbpfOutcome> RadarSlam::add_radar(LogTime time, const PointSet& points_ba
   return engine_->add_radar(time, points_base);
 }
 Trajectory RadarSlam::trajectory() const { return engine_->trajectory(); }
+Trajectory RadarSlam::trajectory(std::size_t particle) const {
+  WAYFARE_EXPECTS(particle < particles().size(), "there is no such particle");
+  return engine_->trajectory(particle);
+}
 std::optional<StampedPose> RadarSlam::pose() const { return engine_->pose(); }
 const OccupancyGrid& RadarSlam::lidar_map() const { return engine_->maps().lidar; }
 const OccupancyGrid& RadarSlam::radar_map() const { return engine_->maps().radar; }

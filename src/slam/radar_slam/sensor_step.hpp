@@ -63,6 +63,9 @@ class SensorStep {
   /// Of the matcher since the last call.
   [[nodiscard]] MatcherErrors take_errors() { return std::exchange(errors_, {}); }
 
+  /// Number of matches that the gate rejected since the last call.
+  [[nodiscard]] std::size_t take_gated() { return std::exchange(gated_, 0); }
+
   /// The match alone, searched in a wide window around `tracked` if necessary.
   [[nodiscard]] std::optional<ScanMatch> track(const OccupancyGrid& map, const PointSet& points,
                                                const Gaussian<SE2d>& expected,
@@ -162,9 +165,15 @@ class SensorStep {
   [[nodiscard]] std::optional<ScanMatch> refined(const LikelihoodField& view,
                                                  const PointSet& points, const MatchResult& coarse,
                                                  const Gaussian<SE2d>& expected,
-                                                 const Eigen::Matrix3d& information) const {
+                                                 const Eigen::Matrix3d& information) {
     const auto fine = refine(view, points, coarse.T_map_points);
     if (!fine) return std::nullopt;
+    const Eigen::Vector3d moved = fine->T_map_points.minus(expected.mean);
+    if (std::abs(moved.y()) > options_.gate.lateral_m ||
+        std::abs(moved.z()) > options_.gate.turn.radians()) {
+      ++gated_;
+      return std::nullopt;
+    }
     const Eigen::LLT<Eigen::Matrix3d> both(point_weight(points) * fine->information + information);
     if (both.info() != Eigen::Success) return std::nullopt;
     const Eigen::Vector3d back = expected.mean.minus(fine->T_map_points);
@@ -219,6 +228,7 @@ class SensorStep {
   PrecomputationGrids pyramid_;
   std::unique_ptr<detail::ParticleMatcher> matcher_;
   MatcherErrors errors_;
+  std::size_t gated_ = 0;
   BranchAndBoundMatcher far_matcher_;
   PoseProposal proposal_;
 };

@@ -122,6 +122,9 @@ class RadarSlamStream::Impl {
         late > 0 ? std::to_string(late) + " measurements late or duplicated" : refusals_.first;
     for (const auto& particle : slam_.particles())
       run.particles.push_back({run.trajectory.back().time, MapPose(particle.pose)});
+    if (options_.slam.keep_paths)
+      for (std::size_t i = 0; i < run.particles.size(); ++i)
+        run.paths.push_back(slam_.trajectory(i));
     run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
     return run;
   }
@@ -183,7 +186,7 @@ class RadarSlamStream::Impl {
     bool whole = false;
   };
   [[nodiscard]] Group group() const {
-    const GatherOptions options;
+    const GatherOptions options{.frames = options_.sync.scans};
     const auto frames = radar_.span();
     const std::size_t n = frames_of_one_scan(frames, options);
     if (n == 0) return {};
@@ -306,12 +309,12 @@ RadarSlamRun RadarSlamStream::result() const { return impl_->result(); }
 
 Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions options,
                                     SlamSensors sensors, const SlamProgress& progress,
-                                    const DeadReckoningOptions& reckoning) {
+                                    const DeadReckoningOptions& reckoning, const SyncParams& sync) {
   options.T_base_laser = recording.T_base_laser;
   const MotionSource motion = !recording.wheels.empty()     ? MotionSource::wheels
                               : !recording.odometry.empty() ? MotionSource::odometry
                                                             : MotionSource::none;
-  RadarSlamStream stream({options, sensors, motion, reckoning, sync_params(recording)});
+  RadarSlamStream stream({options, sensors, motion, reckoning, sync_params(recording, sync)});
   const auto add_all = [&](const auto& measurements) {
     for (const auto& measurement : measurements) stream.add(measurement);
   };
