@@ -130,9 +130,13 @@ struct HeadLidarParams {
   double max_range_m = 12.0, min_range_m = 0.15;
   double noise_m = 0.01, noise_per_m = 0.004;
   double ceiling_m = 2.7;
+  Duration sweep{0};  ///< time from the first beam to the last: 182 ms at 5.5 Hz
 };
 /// All beams at one instant.
 [[nodiscard]] LaserScan scan_from_head(const FloorPlan& plan, const HeadWalk::Pose& head,
                                        LogTime time, const HeadLidarParams& params, Rng& rng);
+/// A sweep, with `time` in the middle: each beam from the head's pose at its own time.
+[[nodiscard]] LaserScan sweep_from_head(const FloorPlan& plan, const HeadWalk& walk, LogTime time,
+                                        const HeadLidarParams& params, Rng& rng);
 
 }  // namespace wayfare::sim
