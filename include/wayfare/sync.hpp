@@ -6,3 +6,4 @@
 #include <wayfare/sync/clock_fit.hpp>
 #include <wayfare/sync/in_order.hpp>
 #include <wayfare/sync/odometry_track.hpp>
+#include <wayfare/sync/scan_deskewer.hpp>

@@ -10,7 +10,7 @@
 
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/mt_sample.hpp>
-#include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include <wayfare/logger/messages.hpp>
@@ -38,7 +38,7 @@ DecodedMessage message_of(const RadarScan& scan, const std::shared_ptr<const Str
 }
 DecodedMessage message_of(const decode::RplidarRevolution& turn,
                           const std::shared_ptr<const Stream>& stream, const std::string& frame) {
-  const LaserScan scan = decode::to_laser_scan(turn);
+  const LaserScan scan = decode::to_laser_sweep(turn);
   return {stream, scan.time, laser_scan_json(scan, frame)};
 }
 

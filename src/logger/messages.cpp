@@ -160,6 +160,10 @@ std::string laser_scan_json(const LaserScan& scan, std::string_view frame) {
   put(out, scan.min_range_m);
   out += R"(,"range_max":)";
   put(out, scan.max_range_m);
+  if (scan.is_sweep()) {
+    out += R"(,"time_increment":)";
+    put(out, to_seconds(scan.time_increment));
+  }
   out += R"(,"ranges":[)";
   for (std::size_t i = 0; i < beams; ++i) {
     if (i != 0) out += ',';
@@ -183,6 +187,7 @@ Result<LaserScan> parse_laser_scan(std::string_view text) {
   constexpr auto kMost = std::numeric_limits<float>::max();
   scan.min_range_m = static_cast<float>(number(message, "range_min").value_or(0.0));
   scan.max_range_m = static_cast<float>(number(message, "range_max").value_or(double{kMost}));
+  scan.time_increment = from_seconds(number(message, "time_increment").value_or(0.0));
   for (const json& range : *ranges) {
     if (!range.is_number() && !range.is_null()) return wrong;
     scan.ranges_m.push_back(range.is_null() ? std::numeric_limits<float>::quiet_NaN()

@@ -1,9 +1,11 @@
 #include <wayfare/decode/rplidar_decoder.hpp>
 
+#include <chrono>
 #include <memory>
 
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_sweep.hpp>
 
 #include "captures.hpp"
 #include "rplidar_streams.hpp"
@@ -214,6 +216,47 @@ TEST(Rplidar, RevolutionsAndScans) {
   EXPECT_NEAR(scan.ranges_m[0], 1.18F, 1e-6F);   // behind
   EXPECT_NEAR(scan.ranges_m[18], 1.00F, 1e-6F);  // ahead
   EXPECT_EQ(scan.time, LogTime{} + sample * 31);
+}
+
+// 36 points from 355° on, 10° and 5 ms apart, at distances by their angles.
+TEST(Rplidar, ASweepHasTheTimesOfItsPoints) {
+  std::vector<TimedRplidarPoint> points;
+  for (int i = 0; i < 36; ++i) {
+    const int deg = (355 + 10 * i) % 360;
+    points.push_back({{static_cast<std::uint16_t>(64 * deg),
+                       static_cast<std::uint32_t>(4000 + 4 * deg), 10, i == 0},
+                      LogTime{} + std::chrono::milliseconds(5 * i)});
+  }
+  const RplidarRevolution revolution{points, true};
+  const LaserScan sweep = to_laser_sweep(revolution, {72, 0.15F, 12.0F});
+  ASSERT_EQ(sweep.ranges_m.size(), 72U);
+  EXPECT_NEAR(to_seconds(sweep.time_increment), -0.0025, 1e-9);
+  for (std::size_t i = 0; i < 36; ++i) {
+    const double deg = static_cast<double>(i) * 10.0 - 5.0;  // clockwise, from before 0 on
+    const double beam = 71.0 - deg / 5.0;
+    if (beam > 71.0) continue;  // before the first beam
+    const auto at = static_cast<std::size_t>(std::lround(beam));
+    EXPECT_NEAR(sweep.bearing(at).degrees(), -deg, 1e-9);
+    EXPECT_NEAR(sweep.ranges_m[at], 1.0 + 1e-3 * deg, 1e-6);
+    EXPECT_NEAR(to_seconds(sweep.beam_time(at) - points[i].time), 0.0, 1e-7) << i;
+  }
+  // The same points as without times.
+  const LaserScan scan = to_laser_scan(revolution, {72, 0.15F, 12.0F});
+  const auto returned = [](const LaserScan& s) {
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < s.ranges_m.size(); ++i) n += s.returned(i) ? 1 : 0;
+    return n;
+  };
+  EXPECT_EQ(returned(sweep), returned(scan) - 1);  // 355° at the beginning is outside
+}
+
+TEST(Rplidar, ASweepWithoutAQuarterOfATurnHasNoTimes) {
+  const TimedRplidarPoint point{{640, 4000, 10, true}, LogTime::from_seconds(1.0)};
+  const LaserScan one = to_laser_sweep({{&point, 1}, true});
+  EXPECT_FALSE(one.is_sweep());
+  EXPECT_EQ(one.time, point.time);
+  EXPECT_TRUE(to_laser_sweep({}).ranges_m.empty());
+  EXPECT_TRUE(to_laser_sweep({{&point, 1}, true}, {0}).ranges_m.empty());
 }
 
 TEST(Rplidar, ARevolutionBeyondTheCapacityIsNotWhole) {

@@ -43,6 +43,7 @@ void expect_same(const Recording& written, const Recording& read) {
     EXPECT_EQ(b.time, a.time);
     EXPECT_EQ(b.ranges_m, a.ranges_m);
     EXPECT_EQ(b.max_range_m, a.max_range_m);
+    EXPECT_EQ(b.time_increment, a.time_increment);
     EXPECT_NEAR(b.first_bearing.radians(), a.first_bearing.radians(), 1e-15);
     EXPECT_NEAR(b.bearing_step.radians(), a.bearing_step.radians(), 1e-15);
   }
@@ -69,6 +70,14 @@ TEST(CarmenWriter, FrontLaserReadsBackTheSame) {
   EXPECT_THAT(text, HasSubstr("\nFLASER 180 "));
   EXPECT_THAT(text, HasSubstr(" 976052857.137530001 "));
   expect_read_back(text, run);
+}
+
+TEST(CarmenWriter, SweepsReadBackTheSame) {
+  for (const std::int64_t ns : {505'051, -505'051}) {
+    Recording run = recording(180, 1.0, SE2d(0.21, 0.0, Angle{}));
+    for (LaserScan& scan : run.scans) scan.time_increment = Duration(ns);
+    expect_read_back(format_carmen(run), run);
+  }
 }
 
 TEST(CarmenWriter, OtherLasersReadBackTheSame) {

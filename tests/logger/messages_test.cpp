@@ -42,6 +42,18 @@ TEST(Messages, LaserScan) {
 }
 //! [message]
 
+TEST(Messages, AScanKeepsTheTimesOfItsBeams) {
+  LaserScan scan{some_time(), Angle::degrees(-180.0), Angle::degrees(1.0), 0.15F, 12.0F, {}};
+  scan.ranges_m.assign(361, 1.0F);
+  EXPECT_EQ(laser_scan_json(scan, "lidar").find("time_increment"), std::string::npos);
+  for (const std::int64_t ns : {505'051, -506'963, 1, 0}) {
+    scan.time_increment = Duration(ns);
+    const auto back = parse_laser_scan(laser_scan_json(scan, "lidar"));
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->time_increment, scan.time_increment);
+  }
+}
+
 TEST(Messages, PointCloud) {
   for (const std::size_t n : {0U, 1U, 2U, 3U, 57U}) {
     RadarScan scan{some_time(), {}};

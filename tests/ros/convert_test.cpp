@@ -121,6 +121,27 @@ TEST(Convert, TheTimeOfASweepIsItsMiddle) {
   EXPECT_NEAR(to_seconds(laser_scan_of(m, kTime)->time - kTime), 0.1, 1e-8);
 }
 
+TEST(Convert, TheTimesOfBeamsRoundTrip) {
+  wayfare::LaserScan scan{kTime, Angle::degrees(-90.0), Angle::degrees(1.0), 0.05F, 80.0F, {}};
+  for (int i = 0; i < 181; ++i) scan.ranges_m.push_back(1.0F + 0.1F * static_cast<float>(i));
+  for (const std::int64_t ns : {505'051, -505'051}) {  // the laser turns either way
+    scan.time_increment = Duration(ns);
+    const LaserScan message = message_of(scan, "laser");
+    EXPECT_GT(message.time_increment, 0.0F);
+    EXPECT_EQ(message.angle_increment > 0.0F, ns > 0);
+    const LogTime stamp = *time_of(message.header.stamp);
+    EXPECT_NEAR(to_seconds(scan.time - stamp), 0.5 * scan.sweep_s(), 1e-9);
+    const auto back = laser_scan_of(message, stamp);
+    ASSERT_TRUE(back) << why(back);
+    EXPECT_NEAR(to_seconds(back->time - scan.time), 0.0, 2e-9);
+    EXPECT_EQ(back->time_increment, scan.time_increment);
+    EXPECT_EQ(back->ranges_m, scan.ranges_m);
+    EXPECT_EQ(back->first_bearing.radians(), scan.first_bearing.radians());
+  }
+  const wayfare::LaserScan turned = turned_over(scan);
+  EXPECT_EQ(turned.time_increment, -scan.time_increment);
+}
+
 TEST(Convert, InvalidScansAreRefused) {
   LaserScan m = clockwise();
   m.range_max = 0.0F;

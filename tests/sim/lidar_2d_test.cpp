@@ -104,8 +104,10 @@ TEST(SimulateScan, BeamsOfASweepAreMeasuredInSequence) {
   const auto moving = [](LogTime t) { return SE2d(2.0 + t.seconds(), 5.0, Angle{}); };
   Rng rng(1);
   const LaserScan scan = simulate_scan(square(), moving, LogTime{}, params, rng);
-  for (std::size_t i = 0; i < 11; ++i)
+  for (std::size_t i = 0; i < 11; ++i) {
     EXPECT_NEAR(scan.ranges_m[i], 8.0 - 0.1 * static_cast<double>(i), 1e-6);
+    EXPECT_NEAR(scan.beam_time(i).seconds(), 0.1 * static_cast<double>(i), 1e-9);
+  }
 }
 
 }  // namespace

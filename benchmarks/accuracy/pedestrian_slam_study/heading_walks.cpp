@@ -18,7 +18,7 @@ HeadingErrors follow(const RecordedWalk& recorded, const PedestrianSlamOptions& 
   auto reading = recorded.unit.begin();
   for (std::size_t i = 0; i < recorded.scans.size(); ++i) {
     const LaserScan& scan = recorded.scans[i];
-    for (; reading != recorded.unit.end() && reading->time <= scan.time; ++reading)
+    for (; reading != recorded.unit.end() && reading->time <= scan.end_time(); ++reading)
       slam.add(*reading);
     if (!slam.add_scan(scan)) continue;
     const auto& ahrs = slam.pedestrian().ahrs();

@@ -43,8 +43,12 @@ class Comparison {
  public:
   explicit Comparison(const SimulatedWalk& walk) : walk_(walk) {}
 
-  void add(std::size_t scan, const SE2d& pose, const Estimate& estimate) {
-    const StampedPose& truth = walk_.recorded.truth[scan];
+  /// `at_end`: of the pose at the end of a sweep.
+  void add(std::size_t scan, const SE2d& pose, const Estimate& estimate, bool at_end = false) {
+    const LaserScan& measured = walk_.recorded.scans[scan];
+    const StampedPose truth = at_end && measured.is_sweep() ? walk_.truth_at(measured.end_time())
+                                                            : walk_.recorded.truth[scan];
+    truth_.push_back(truth);
     if (!start_) start_ = truth.T_map_base.raw() * pose.inverse();
     trajectory_.push_back({truth.time, Transform2<frame::Map, frame::Base>(pose)});
     const SE2d expected = start_->inverse() * truth.T_map_base.raw();
@@ -60,7 +64,7 @@ class Comparison {
   }
 
   [[nodiscard]] HectorErrors errors() const {
-    return {rmse_m(trajectory_, walk_.recorded.truth),
+    return {rmse_m(trajectory_, truth_),
             kToDegrees * std::sqrt(heading2_.get()),
             kToDegrees * std::sqrt(tilt2_.get()),
             pose_.get(),
@@ -102,7 +106,7 @@ class Comparison {
 
   const SimulatedWalk& walk_;
   std::optional<SE2d> start_;
-  Trajectory trajectory_;
+  Trajectory trajectory_, truth_;
   Mean heading2_, tilt2_, pose_, tilt_, velocity_;
 };
 
@@ -123,7 +127,7 @@ HectorErrors levelled(const SimulatedWalk& walk) {
   auto reading = walk.recorded.unit.begin();
   for (std::size_t i = 0; i < walk.recorded.scans.size(); ++i) {
     const LaserScan& scan = walk.recorded.scans[i];
-    for (; reading != walk.recorded.unit.end() && reading->time <= scan.time; ++reading)
+    for (; reading != walk.recorded.unit.end() && reading->time <= scan.end_time(); ++reading)
       ahrs.add(*reading);
     const SO3d q = ahrs.q_world_body();
     const Eigen::Vector3d x = q.matrix().col(0);
@@ -140,12 +144,13 @@ HectorErrors filtered(const SimulatedWalk& walk, const HectorSlamOptions& option
   auto reading = walk.recorded.unit.begin();
   for (std::size_t i = 0; i < walk.recorded.scans.size(); ++i) {
     const LaserScan& scan = walk.recorded.scans[i];
-    for (; reading != walk.recorded.unit.end() && reading->time <= scan.time; ++reading)
+    for (; reading != walk.recorded.unit.end() && reading->time <= scan.end_time(); ++reading)
       slam.add(ImuSample{reading->time, reading->angular_rate_radps, reading->specific_force_mps2});
     const auto outcome = slam.add_scan(scan, std::nullopt);
     if (!outcome) continue;
     const CarrierFilter& c = slam.carrier();
-    comparison.add(i, outcome->T_map_base.raw(), {c.q_level_body(), c.state(), c.covariance()});
+    comparison.add(i, outcome->T_map_base.raw(), {c.q_level_body(), c.state(), c.covariance()},
+                   true);
   }
   return comparison.errors();
 }

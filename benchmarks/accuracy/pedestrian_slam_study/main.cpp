@@ -24,7 +24,8 @@ struct Arguments {
   int seeds = 10;
   std::uint64_t first = 1;
   bool quiet = false, each = false, hector = false, heading = false;
-  double gyro_bias_deg = 0.05;
+  double gyro_bias_deg = 0.05, sweep_ms = 0.0;
+  bool no_deskew = false;
   std::string folder;
 };
 
@@ -174,11 +175,20 @@ int main(int argc, char** argv) {
   app.add_option("--gyro-bias", o.gyro_bias_deg,
                  "with --heading: standard deviation of the gyro bias, deg/s")
       .positive();
+  app.add_number("--sweep", o.sweep_ms, 0.0, 1000.0,
+                 "time from a scan's first beam to its last, ms: 181.3 in a revolution at 5.5 Hz; "
+                 "0: all beams at one instant");
+  app.add_flag("--no-deskew", o.no_deskew,
+               "with --sweep: take the beams of a scan as of one instant");
   app.add_flag("--each", o.each, "print every walk");
   app.add_flag("--quiet", o.quiet, kQuietHelp);
   app.example("--seeds 5", "five walks in each building");
   if (const auto code = app.parse(argc, argv)) return *code;
-  const auto walks = study_walks();
+  auto walks = study_walks();
+  for (Walk& walk : walks) {
+    walk.sweep = from_seconds(1e-3 * o.sweep_ms);
+    walk.beams_have_times = !o.no_deskew;
+  }
   if (!o.folder.empty())
     return exit_code("pedestrian_slam_study", write_walk(walks.front(), o.first, o.folder));
   const eval::Table table = o.hector    ? hector_table(o, walks)

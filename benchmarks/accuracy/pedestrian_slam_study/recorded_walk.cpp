@@ -13,18 +13,30 @@ namespace {
 
 constexpr double kUnitRate_hz = 100.0, kScanRate_hz = 5.5, kFirstScan_s = 1.0;
 
+SE2d levelled(const sim::HeadWalk::Pose& pose) {
+  const Eigen::Vector3d x = pose.q_world_head * Eigen::Vector3d::UnitX();
+  return SE2d(pose.position_m.x(), pose.position_m.y(), Angle::radians(std::atan2(x.y(), x.x())));
+}
+
+LaserScan scan_at(const Walk& walk, const sim::HeadWalk& head, double t, Rng& rng) {
+  const auto time = LogTime::from_seconds(t);
+  if (walk.sweep == Duration::zero())
+    return sim::scan_from_head(walk.plan, head.at(t), time, {}, rng);
+  sim::HeadLidarParams lidar;
+  lidar.sweep = walk.sweep;
+  LaserScan scan = sim::sweep_from_head(walk.plan, head, time, lidar, rng);
+  if (!walk.beams_have_times) scan.time_increment = Duration::zero();
+  return scan;
+}
+
 RecordedWalk record(const Walk& walk, const sim::HeadWalk& head,
                     const sim::HeadWalk::UnitNoise& noise, Rng& rng) {
   RecordedWalk r;
   r.unit = head.unit(kUnitRate_hz, noise, rng);
   for (double t = kFirstScan_s; t < head.duration_s() - 0.1; t += 1 / kScanRate_hz) {
-    const auto time = LogTime::from_seconds(t);
-    const auto pose = head.at(t);
-    r.scans.push_back(sim::scan_from_head(walk.plan, pose, time, {}, rng));
-    const Eigen::Vector3d x = pose.q_world_head * Eigen::Vector3d::UnitX();
-    r.truth.push_back({time, Transform2<frame::Map, frame::Base>(
-                                 SE2d(pose.position_m.x(), pose.position_m.y(),
-                                      Angle::radians(std::atan2(x.y(), x.x()))))});
+    r.scans.push_back(scan_at(walk, head, t, rng));
+    r.truth.push_back(
+        {r.scans.back().time, Transform2<frame::Map, frame::Base>(levelled(head.at(t)))});
   }
   return r;
 }
@@ -55,6 +67,10 @@ double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
             truth[i].T_map_base.raw().translation())
                .squaredNorm();
   return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+StampedPose SimulatedWalk::truth_at(LogTime time) const {
+  return {time, Transform2<frame::Map, frame::Base>(levelled(head.at(time.seconds())))};
 }
 
 SimulatedWalk simulate_walk(const Walk& walk, std::uint64_t seed,

@@ -24,6 +24,9 @@ struct SimulatedWalk {
   sim::HeadWalk head;
   RecordedWalk recorded;
   double step_m;  ///< as calibrated
+
+  /// The levelled unit's pose.
+  [[nodiscard]] StampedPose truth_at(LogTime time) const;
 };
 
 [[nodiscard]] SimulatedWalk simulate_walk(const Walk& walk, std::uint64_t seed,

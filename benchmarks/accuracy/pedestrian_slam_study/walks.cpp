@@ -19,7 +19,7 @@ Followed follow(const RecordedWalk& recorded, const PedestrianSlamOptions& optio
   Followed result;
   auto reading = recorded.unit.begin();
   for (const LaserScan& scan : recorded.scans) {
-    for (; reading != recorded.unit.end() && reading->time <= scan.time; ++reading)
+    for (; reading != recorded.unit.end() && reading->time <= scan.end_time(); ++reading)
       slam.add(*reading);
     if (!slam.add_scan(scan)) continue;
     result.levelled.push_back(slam.levelled());

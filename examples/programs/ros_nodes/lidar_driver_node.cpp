@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/ros/convert.hpp>
 
 #include "node_program.hpp"
@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
       start ? std::vector<std::uint8_t>{0xA5, 0x20} : std::vector<std::uint8_t>{};
   examples::read_device(node, device, request, [&](decode::Bytes bytes, LogTime arrived) {
     stream.feed(bytes, arrived, [&](const decode::RplidarRevolution& turn) {
-      scans.publish(ros::message_of(decode::to_laser_scan(turn, scan), device.frame));
+      scans.publish(ros::message_of(decode::to_laser_sweep(turn, scan), device.frame));
       ++messages;
     });
   });

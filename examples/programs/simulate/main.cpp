@@ -30,7 +30,7 @@ struct Options : OutputArguments {
   bool use_gyro = false;
   bool full_circle = false;
   std::size_t beams = 180;
-  double scan_rate_hz = 5.0;
+  double scan_rate_hz = 5.0, sweep_ms = 0.0;
   sim::RobotParams robot;
   std::vector<Option> of_plans;  ///< that apply to floor plans, not to worlds
 };
@@ -49,6 +49,8 @@ void add_options(CommandLine& app, Options& o) {
                      "a real building as a world: the voxels of its map, 'x y z' on each line");
   app.add_option("--way", o.route, "path through it, 'x,y,z' on each line").needs("--voxels");
   voxels.needs("--way");
+  app.add_number("--sweep", o.sweep_ms, 0.0, 10000.0,
+                 "time from a scan's first beam to its last, ms; 0: all beams at one instant");
   app.add_option("--out", o.out, "the CARMEN log to write").shown_as("FILE");
   app.add_option("--truth", o.truth, "file for the true poses, as a TUM trajectory")
       .shown_as("FILE");
@@ -92,6 +94,7 @@ void complete(Options& o) {
     o.robot.lidar.bearing_step = Angle::degrees(180.0 / static_cast<double>(o.beams));
   }
   o.robot.lidar.beams = o.beams;
+  o.robot.lidar.sweep = from_seconds(1e-3 * o.sweep_ms);
   o.robot.scan_period = from_seconds(1.0 / o.scan_rate_hz);
   o.robot.heading = o.use_gyro ? sim::HeadingSource::gyro : sim::HeadingSource::wheels;
 }
@@ -165,7 +168,9 @@ Result<Recording> simulate_in_world(const Options& o) {
   const auto world = world_of(o, rng);
   if (!world) return world.error();
   ProgressLine progress("simulating", o.quiet);
-  auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng, {std::ref(progress), {}});
+  sim::WorldRobot robot = sim::turtlebot(rng);
+  robot.robot.lidar.sweep = o.robot.lidar.sweep;
+  auto recording = sim::simulate_world(*world, robot, rng, {std::ref(progress), {}});
   if (recording) progress.finish();
   return recording;
 }

@@ -23,6 +23,7 @@
 #include <wayfare/ros/messages.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/slam/submap_slam.hpp>
+#include <wayfare/sync/scan_deskewer.hpp>
 
 namespace wayfare::ros {
 
@@ -162,6 +163,7 @@ class SlamNode {
   [[nodiscard]] bool laser_is_known(double now_s);
   [[nodiscard]] bool motion_is_known(LogTime time, double now_s);
   [[nodiscard]] MotionHint hint(LogTime time) const;
+  [[nodiscard]] Result<ScanOutcome> add_deskewed(const wayfare::LaserScan& scan);
   void process_scan(double now_s, SlamNodeOutput& out);
   void placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNodeOutput& out);
 
@@ -178,6 +180,7 @@ class SlamNode {
 
   SlamNodeOptions options_;
   std::unique_ptr<SubmapSlam> slam_;
+  std::optional<ScanDeskewer> deskewer_;
   std::optional<RadarSlamStream> stream_;
   FrameTree frames_;
   Sensed<wayfare::LaserScan> lasers_;

@@ -44,13 +44,25 @@ inline void thin(LaserScan& scan, const Thinning& t) {
   const std::size_t every_beam = std::max<std::size_t>(t.beams, 1);
   const double half = Angle::degrees(0.5 * t.field_of_view_deg).radians();
   std::vector<float> kept;
-  std::size_t first = scan.ranges_m.size();
+  std::vector<Angle> bearings;
+  std::size_t first = scan.ranges_m.size(), last = first;
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
     if (t.field_of_view_deg > 0 && std::abs(scan.bearing(i).radians()) > half) continue;
     first = std::min(first, i);
-    if ((i - first) % every_beam == 0) kept.push_back(scan.ranges_m[i]);
+    if ((i - first) % every_beam != 0) continue;
+    kept.push_back(scan.ranges_m[i]);
+    if (!scan.bearings.empty()) bearings.push_back(scan.bearing(i));
+    last = i;
   }
   if (!kept.empty()) scan.first_bearing = scan.bearing(first);
+  if (scan.is_sweep() && !kept.empty()) {
+    const double middle = 0.5 * (static_cast<double>(first) + static_cast<double>(last) -
+                                 static_cast<double>(scan.ranges_m.size() - 1));
+    const double beam_s = to_seconds(scan.time_increment);
+    scan.time += from_seconds(middle * beam_s);
+    scan.time_increment = from_seconds(static_cast<double>(every_beam) * beam_s);
+  }
+  scan.bearings = std::move(bearings);
   scan.bearing_step = scan.bearing_step * static_cast<double>(every_beam);
   scan.ranges_m = std::move(kept);
   if (t.max_range_m > 0)

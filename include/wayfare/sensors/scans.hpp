@@ -20,7 +20,7 @@ namespace wayfare {
 /// One sweep of a planar range finder. Beam i points along `first_bearing + i * bearing_step` in
 /// the laser's frame (counter-clockwise positive, 0 along x).
 struct LaserScan {
-  LogTime time;         ///< of the first beam
+  LogTime time;         ///< of all beams; where they have times of their own, the middle of them
   Angle first_bearing;  ///< of beam 0
   Angle bearing_step;   ///< from beam to beam
   /// A range outside [min_range_m, max_range_m), or NaN, is a beam that did not return.
@@ -28,6 +28,11 @@ struct LaserScan {
   /// Beams at this range or beyond did not return.
   float max_range_m = 0.0F;
   std::vector<float> ranges_m;  ///< one for each beam
+  /// From each beam to the next; negative where the laser turns clockwise, 0 where all are measured
+  /// at `time`.
+  Duration time_increment{0};
+  /// Of each beam where they are not evenly spaced, as in a sweep after `deskew`; else empty.
+  std::vector<Angle> bearings = {};
 
   /// Whether the beam has a range within the limits.
   [[nodiscard]] bool returned(std::size_t beam) const {
@@ -36,8 +41,28 @@ struct LaserScan {
   }
   /// Direction of a beam in the laser's frame.
   [[nodiscard]] Angle bearing(std::size_t beam) const {
-    return first_bearing + bearing_step * static_cast<double>(beam);
+    return beam < bearings.size() ? bearings[beam]
+                                  : first_bearing + bearing_step * static_cast<double>(beam);
   }
+  /// Whether the beams have times of their own.
+  [[nodiscard]] bool is_sweep() const {
+    return time_increment != Duration::zero() && ranges_m.size() > 1;
+  }
+  /// From the first measured beam to the last, s; not negative.
+  [[nodiscard]] double sweep_s() const {
+    return is_sweep()
+               ? std::abs(to_seconds(time_increment)) * static_cast<double>(ranges_m.size() - 1)
+               : 0.0;
+  }
+  /// When the beam was measured.
+  [[nodiscard]] LogTime beam_time(std::size_t beam) const {
+    if (!is_sweep()) return time;
+    const double from_middle =
+        static_cast<double>(beam) - 0.5 * static_cast<double>(ranges_m.size() - 1);
+    return time + from_seconds(from_middle * to_seconds(time_increment));
+  }
+  /// When the last measured beam was.
+  [[nodiscard]] LogTime end_time() const { return time + from_seconds(0.5 * sweep_s()); }
 };
 
 /// Heights and beams of level_scan.
@@ -50,34 +75,55 @@ struct LevelScanOptions {
   std::size_t beams = 3600;
 };
 
+namespace detail {
+
+/// A level scan over the full circle, without points yet.
+inline void begin_level_scan(const LaserScan& scan, const LevelScanOptions& options,
+                             LaserScan& level) {
+  constexpr double kTwoPi = 2.0 * std::numbers::pi;
+  constexpr std::size_t kMaxBeams = 1'000'000;
+  WAYFARE_EXPECTS(options.beams > 0 && options.beams <= kMaxBeams,
+                  "a level scan has from 1 to a million beams");
+  level.time = scan.time;
+  level.first_bearing = Angle::radians(-std::numbers::pi);
+  level.bearing_step = Angle::radians(kTwoPi / static_cast<double>(options.beams));
+  level.min_range_m = scan.min_range_m;
+  level.max_range_m = scan.max_range_m;
+  level.ranges_m.assign(options.beams, std::numeric_limits<float>::quiet_NaN());
+  level.time_increment = Duration::zero();
+  level.bearings.clear();
+}
+
+/// Adds a point relative to the sensor, z up. The nearest point of each beam is kept.
+inline void add_to_level_scan(const Eigen::Vector3d& p, const LevelScanOptions& options,
+                              LaserScan& level) {
+  if (!(p.z() >= options.lowest_m && p.z() <= options.highest_m)) return;
+  const double beam_index =
+      (std::atan2(p.y(), p.x()) + std::numbers::pi) / level.bearing_step.radians();
+  float& range = level.ranges_m[static_cast<std::size_t>(std::lround(beam_index)) % options.beams];
+  const auto projected = static_cast<float>(p.head<2>().norm());
+  if (!(range <= projected)) range = projected;
+}
+
+/// The end of a beam in the laser's axes.
+[[nodiscard]] inline Eigen::Vector3d beam_end(const LaserScan& scan, std::size_t beam) {
+  const double bearing = scan.bearing(beam).radians();
+  const Eigen::Vector3d direction(std::cos(bearing), std::sin(bearing), 0.0);
+  return double(scan.ranges_m[beam]) * direction;
+}
+
+}  // namespace detail
+
 /// The points of `scan` of a tilted range finder, on a carrier that sways (head, hand, small boat),
 /// rotated by `q_level_laser` (z up) and projected onto the level plane, as a scan over the full
 /// circle. The nearest point of each beam is used.
 [[nodiscard]] inline LaserScan level_scan(const LaserScan& scan, const SO3d& q_level_laser,
                                           const LevelScanOptions& options = {}) {
-  constexpr double kTwoPi = 2.0 * std::numbers::pi;
-  constexpr std::size_t kMaxBeams = 1'000'000;
-  WAYFARE_EXPECTS(options.beams > 0 && options.beams <= kMaxBeams,
-                  "a level scan has from 1 to a million beams");
-  const double step = kTwoPi / static_cast<double>(options.beams);
-  LaserScan level{scan.time,
-                  Angle::radians(-std::numbers::pi),
-                  Angle::radians(step),
-                  scan.min_range_m,
-                  scan.max_range_m,
-                  std::vector<float>(options.beams, std::numeric_limits<float>::quiet_NaN())};
-  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
-    if (!scan.returned(i)) continue;
-    const double bearing = scan.bearing(i).radians();
-    const Eigen::Vector3d beam(std::cos(bearing), std::sin(bearing), 0.0);
-    const Eigen::Vector3d p = q_level_laser * Eigen::Vector3d(double(scan.ranges_m[i]) * beam);
-    if (!(p.z() >= options.lowest_m && p.z() <= options.highest_m)) continue;
-    const double beam_index = (std::atan2(p.y(), p.x()) + std::numbers::pi) / step;
-    float& range =
-        level.ranges_m[static_cast<std::size_t>(std::lround(beam_index)) % options.beams];
-    const auto projected = static_cast<float>(p.head<2>().norm());
-    if (!(range <= projected)) range = projected;
-  }
+  LaserScan level;
+  detail::begin_level_scan(scan, options, level);
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i)
+    if (scan.returned(i))
+      detail::add_to_level_scan(q_level_laser * detail::beam_end(scan, i), options, level);
   return level;
 }
 

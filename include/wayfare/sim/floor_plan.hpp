@@ -144,14 +144,15 @@ struct Lidar2dParams {
   double range_noise_m = 0.01;                  ///< standard deviation, the same at every distance
   double resolution_m = 0.001;   ///< ranges are rounded to multiples of it; 0: not rounded
   double missed_return = 0.002;  ///< probability of no return from a wall
-  Duration sweep{0};             ///< time from the first beam to the last
+  Duration sweep{0};             ///< time from the first beam to the last; 0: at one instant
 };
 
 /// A sensor with a full field of view: `beams` equal steps over 360°.
 [[nodiscard]] Lidar2dParams full_circle(std::size_t beams);
 
-/// The sweep that starts at `time`; `T_plan_laser(t)` is the laser's pose during it. A beam without
-/// return (nothing in range, or missed) reads `max_range_m`.
+/// The sweep that starts at `time`; `T_plan_laser(t)` is the laser's pose during it, which each
+/// beam is measured from at its own time. A beam without return (nothing in range, or missed) reads
+/// `max_range_m`.
 [[nodiscard]] LaserScan simulate_scan(const FloorPlan& plan,
                                       const std::function<SE2d(LogTime)>& T_plan_laser,
                                       LogTime time, const Lidar2dParams& params, Rng& rng);

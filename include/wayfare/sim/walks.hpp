@@ -145,9 +145,13 @@ struct HeadLidarParams {
   double noise_m = 0.01,      ///< σ at distance zero
       noise_per_m = 0.004;    ///< and its growth with the distance
   double ceiling_m = 2.7;     ///< of the rooms, above the floor
+  Duration sweep{0};          ///< time from the first beam to the last: 182 ms at 5.5 Hz
 };
 /// All beams at one instant.
 [[nodiscard]] LaserScan scan_from_head(const FloorPlan& plan, const HeadWalk::Pose& head,
                                        LogTime time, const HeadLidarParams& params, Rng& rng);
+/// A sweep, with `time` in the middle: each beam from the head's pose at its own time.
+[[nodiscard]] LaserScan sweep_from_head(const FloorPlan& plan, const HeadWalk& walk, LogTime time,
+                                        const HeadLidarParams& params, Rng& rng);
 
 }  // namespace wayfare::sim

@@ -84,13 +84,16 @@ struct HectorStatistics {
 /// thread-safe.
 class HectorSlamSystem {
  public:
-  /// Adds a sample of an inertial unit on the same body, before the scans that follow it.
+  /// Adds a sample of an inertial unit on the same body, before the scans that end after it
+  /// (LaserScan::end_time).
   UpdateStatus add(const ImuSample& sample);
 
   /// Processes the next scan with the odometry at its time, if any. Errors as GraphSlam::add_scan,
   /// and for a first scan that makes no map. A later one that would make the map too large is left
   /// out of it. An Error for a match that is not valid (see MatcherErrors) changes nothing but the
-  /// time of the filter. Where the matcher returns an Error, or a pose far outside the window, the
+  /// time of the filter. With an inertial unit, the sweep of a scan whose beams have times of their
+  /// own is undone by the filter's motion, and its pose and odometry are those at its end. Where
+  /// the matcher returns an Error, or a pose far outside the window, the
   /// scan keeps its predicted one.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);

@@ -206,12 +206,14 @@ class CarmenReader {
     order(scans, what, faults_);
     drop_repetitions(scans, "scan", same_scan, faults_);
     const float limit = carmen::range_limit(scans, parameters_, options_);
+    const Duration beam = from_seconds(parameters_["laser_frontlaser_time_increment"]);
     std::vector<LaserScan> result;
     result.reserve(scans.size());
     for (ScanLine& line : scans) {
       LaserScan& scan = line.scan;
       if (!line.has_bearings) carmen::set_bearings(scan, parameters_);
       scan.min_range_m = options_.min_range_m;
+      scan.time_increment = beam;
       const bool own = scan.max_range_m > 0.0F && scan.max_range_m < limit;
       if (!own) scan.max_range_m = limit;
       log_.statistics.max_range_m = std::max(log_.statistics.max_range_m, scan.max_range_m);

@@ -80,6 +80,17 @@ class Writer {
     for (const LaserScan& scan : recording_.scans)
       max_range_m = std::max(max_range_m, scan.max_range_m);
     write_if_set("laser_frontlaser_maxrange", max_range_m);
+    write_if_set("laser_frontlaser_time_increment", to_seconds(common_time_increment()));
+  }
+
+  /// Of all scans, or zero.
+  [[nodiscard]] Duration common_time_increment() const {
+    const std::vector<LaserScan>& scans = recording_.scans;
+    const Duration first = scans.empty() ? Duration::zero() : scans.front().time_increment;
+    const bool common = std::all_of(scans.begin(), scans.end(), [&](const LaserScan& scan) {
+      return scan.time_increment == first;
+    });
+    return common ? first : Duration::zero();
   }
 
   /// In the order of lines of equal time: scans last, after their odometry.

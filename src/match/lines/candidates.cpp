@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -10,10 +11,11 @@ namespace wayfare::lines {
 
 void Beams::update_bearings(const LaserScan& scan) {
   const std::size_t n = scan.ranges_m.size();
-  if (n == cos_bearing.size() && first_rad_ == scan.first_bearing.radians() &&
-      step_rad_ == scan.bearing_step.radians())
+  if (scan.bearings.empty() && n == cos_bearing.size() &&
+      first_rad_ == scan.first_bearing.radians() && step_rad_ == scan.bearing_step.radians())
     return;
-  first_rad_ = scan.first_bearing.radians();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // equal to no bearing
+  first_rad_ = scan.bearings.empty() ? scan.first_bearing.radians() : kNone;
   step_rad_ = scan.bearing_step.radians();
   cos_bearing.resize(n);
   sin_bearing.resize(n);

@@ -156,6 +156,9 @@ wayfare::LaserScan turned_over(wayfare::LaserScan scan) {
   const auto last = static_cast<double>(scan.ranges_m.empty() ? 0 : scan.ranges_m.size() - 1);
   scan.first_bearing = -(scan.first_bearing + scan.bearing_step * last);
   scan.ranges_m = {scan.ranges_m.rbegin(), scan.ranges_m.rend()};
+  scan.time_increment = -scan.time_increment;
+  scan.bearings = {scan.bearings.rbegin(), scan.bearings.rend()};
+  for (Angle& bearing : scan.bearings) bearing = -bearing;
   return scan;
 }
 

@@ -113,8 +113,10 @@ Result<wayfare::LaserScan> laser_scan_of(const LaserScan& m, LogTime time) {
                    "angle_increment");
   wayfare::LaserScan scan;
   scan.time = time;
-  if (m.time_increment > 0.0F && static_cast<double>(m.time_increment) * steps < 10.0)
+  if (m.time_increment > 0.0F && static_cast<double>(m.time_increment) * steps < 10.0) {
     scan.time += from_seconds(0.5 * static_cast<double>(m.time_increment) * steps);
+    scan.time_increment = from_seconds(static_cast<double>(m.time_increment));
+  }
   scan.first_bearing = bearing_of(m.angle_min);
   scan.bearing_step = bearing_of(m.angle_increment);
   scan.min_range_m = m.range_min;
@@ -123,10 +125,25 @@ Result<wayfare::LaserScan> laser_scan_of(const LaserScan& m, LogTime time) {
   if (m.angle_increment < 0.0F) {
     scan.first_bearing += scan.bearing_step * steps;
     scan.bearing_step = -scan.bearing_step;
+    scan.time_increment = -scan.time_increment;
     std::reverse(scan.ranges_m.begin(), scan.ranges_m.end());
   }
   return scan;
 }
+
+namespace {
+
+/// The message is in the order of time: its stamp is that of the first beam measured.
+void add_times(const wayfare::LaserScan& scan, LaserScan& m) {
+  m.time_increment = static_cast<float>(std::abs(to_seconds(scan.time_increment)));
+  m.header.stamp = stamp_of(scan.time - from_seconds(0.5 * scan.sweep_s()));
+  if (scan.time_increment > Duration::zero()) return;
+  std::swap(m.angle_min, m.angle_max);
+  m.angle_increment = -m.angle_increment;
+  std::reverse(m.ranges.begin(), m.ranges.end());
+}
+
+}  // namespace
 
 LaserScan message_of(const wayfare::LaserScan& scan, std::string_view frame) {
   const std::size_t beams = scan.ranges_m.size();
@@ -138,6 +155,7 @@ LaserScan message_of(const wayfare::LaserScan& scan, std::string_view frame) {
   m.range_min = scan.min_range_m;
   m.range_max = std::nextafter(scan.max_range_m, 0.0F);
   m.ranges = scan.ranges_m;
+  if (scan.is_sweep()) add_times(scan, m);
   return m;
 }
 

@@ -92,6 +92,7 @@ bool SlamNode::laser_is_known(double now_s) {
   options_.slam.T_base_laser =
       Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw());
   slam_ = std::make_unique<SubmapSlam>(options_.slam);
+  deskewer_.emplace(options_.slam.T_base_laser);
   return true;
 }
 
@@ -119,8 +120,16 @@ MotionHint SlamNode::hint(LogTime time) const {
   return {};
 }
 
+Result<ScanOutcome> SlamNode::add_deskewed(const wayfare::LaserScan& scan) {
+  const auto instant = (*deskewer_)(scan, odometry_, gyro_);
+  if (!instant) return instant.error();
+  auto outcome = slam_->add_scan(**instant, hint(scan.time));
+  if (outcome) deskewer_->placed(scan.time, outcome->T_map_base.raw(), outcome->loop_closures > 0);
+  return outcome;
+}
+
 void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
-  if (!laser_is_known(now_s) || !motion_is_known(lasers_.scans.front().time, now_s)) return;
+  if (!laser_is_known(now_s) || !motion_is_known(lasers_.scans.front().end_time(), now_s)) return;
   wayfare::LaserScan scan = std::move(lasers_.scans.front());
   lasers_.scans.pop_front();
   blocked_s_.reset();
@@ -128,7 +137,7 @@ void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
   worked_ = true;
   const LogTime time = scan.time;
   if (lasers_.mounting->upside_down) scan = turned_over(std::move(scan));
-  const auto outcome = slam_->add_scan(scan, hint(time));
+  const auto outcome = add_deskewed(scan);
   if (!outcome)
     return notices_.add(Severity::error, "refused",
                         "left out a scan: " + outcome.error().to_string(), now_s);

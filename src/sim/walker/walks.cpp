@@ -273,29 +273,53 @@ MargRecording HeadWalk::unit(double rate_hz, const UnitNoise& noise, Rng& rng) c
   return readings;
 }
 
-LaserScan scan_from_head(const FloorPlan& plan, const HeadWalk::Pose& head, LogTime time,
-                         const HeadLidarParams& params, Rng& rng) {
+namespace {
+
+/// Without ranges yet.
+LaserScan empty_head_scan(LogTime time, const HeadLidarParams& params) {
   LaserScan scan{time,
                  Angle::degrees(-180),
                  Angle::degrees(360.0 / params.beams),
                  static_cast<float>(params.min_range_m),
                  static_cast<float>(params.max_range_m),
                  {}};
-  for (int i = 0; i < params.beams; ++i) {
-    const double bearing = scan.first_bearing.radians() + i * scan.bearing_step.radians();
-    const Eigen::Vector3d beam =
-        head.q_world_head * Eigen::Vector3d(std::cos(bearing), std::sin(bearing), 0.0);
-    const double flat = beam.head<2>().norm(), up = beam.z(), z = head.position_m.z();
-    double range =
-        plan.cast(head.position_m.head<2>(), beam.head<2>() / flat, params.max_range_m * flat) /
-        flat;
-    if (up < 0) range = std::min(range, -z / up);
-    if (up > 0) range = std::min(range, (params.ceiling_m - z) / up);
-    range +=
-        (params.noise_m + params.noise_per_m * std::min(range, params.max_range_m)) * rng.normal();
-    scan.ranges_m.push_back(range < params.max_range_m ? static_cast<float>(range)
-                                                       : std::numeric_limits<float>::quiet_NaN());
-  }
+  scan.ranges_m.resize(static_cast<std::size_t>(std::max(params.beams, 0)));
+  return scan;
+}
+
+/// NaN without return.
+float range_from_head(const FloorPlan& plan, const HeadWalk::Pose& head, double bearing,
+                      const HeadLidarParams& params, Rng& rng) {
+  const Eigen::Vector3d beam =
+      head.q_world_head * Eigen::Vector3d(std::cos(bearing), std::sin(bearing), 0.0);
+  const double flat = beam.head<2>().norm(), up = beam.z(), z = head.position_m.z();
+  double range =
+      plan.cast(head.position_m.head<2>(), beam.head<2>() / flat, params.max_range_m * flat) / flat;
+  if (up < 0) range = std::min(range, -z / up);
+  if (up > 0) range = std::min(range, (params.ceiling_m - z) / up);
+  range +=
+      (params.noise_m + params.noise_per_m * std::min(range, params.max_range_m)) * rng.normal();
+  return range < params.max_range_m ? static_cast<float>(range)
+                                    : std::numeric_limits<float>::quiet_NaN();
+}
+
+}  // namespace
+
+LaserScan scan_from_head(const FloorPlan& plan, const HeadWalk::Pose& head, LogTime time,
+                         const HeadLidarParams& params, Rng& rng) {
+  LaserScan scan = empty_head_scan(time, params);
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i)
+    scan.ranges_m[i] = range_from_head(plan, head, scan.bearing(i).radians(), params, rng);
+  return scan;
+}
+
+LaserScan sweep_from_head(const FloorPlan& plan, const HeadWalk& walk, LogTime time,
+                          const HeadLidarParams& params, Rng& rng) {
+  LaserScan scan = empty_head_scan(time, params);
+  scan.time_increment = params.sweep / std::max(params.beams - 1, 1);
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i)
+    scan.ranges_m[i] = range_from_head(plan, walk.at(scan.beam_time(i).seconds()),
+                                       scan.bearing(i).radians(), params, rng);
   return scan;
 }
 

@@ -292,24 +292,23 @@ Lidar2dParams full_circle(std::size_t beams) {
 
 LaserScan simulate_scan(const FloorPlan& plan, const std::function<SE2d(LogTime)>& T_plan_laser,
                         LogTime time, const Lidar2dParams& params, Rng& rng) {
-  LaserScan scan{time,
+  LaserScan scan{time + std::max(params.sweep, Duration::zero()) / 2,
                  params.first_bearing,
                  params.bearing_step,
                  static_cast<float>(params.min_range_m),
                  static_cast<float>(params.max_range_m),
                  {}};
-  scan.ranges_m.reserve(params.beams);
-  const double last = static_cast<double>(std::max<std::size_t>(params.beams, 2) - 1);
+  scan.ranges_m.resize(params.beams);
+  const auto steps = static_cast<std::int64_t>(std::max<std::size_t>(params.beams, 2) - 1);
+  scan.time_increment = std::max(params.sweep, Duration::zero()) / steps;
   SE2d pose = T_plan_laser(time);
   for (std::size_t i = 0; i < params.beams; ++i) {
-    if (params.sweep > Duration::zero())
-      pose = T_plan_laser(time +
-                          from_seconds(to_seconds(params.sweep) * static_cast<double>(i) / last));
+    if (scan.is_sweep()) pose = T_plan_laser(scan.beam_time(i));
     const double bearing = scan.bearing(i).radians();
     const Eigen::Vector2d beam =
         pose.rotation() * Eigen::Vector2d(std::cos(bearing), std::sin(bearing));
     const double range_m = plan.cast(pose.translation(), beam, params.max_range_m);
-    scan.ranges_m.push_back(static_cast<float>(measure(range_m, params, rng)));
+    scan.ranges_m[i] = static_cast<float>(measure(range_m, params, rng));
   }
   return scan;
 }

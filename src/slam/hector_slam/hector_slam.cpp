@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/sensors/point_set.hpp>
+#include <wayfare/sensors/pose_history.hpp>
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 
@@ -27,14 +28,18 @@ class HectorSlamSystem::Engine {
   UpdateStatus add(const ImuSample& s) {
     const UpdateStatus status = carrier_.add({s.time, options_.q_base_unit * s.angular_rate_radps,
                                               options_.q_base_unit * s.specific_force_mps2});
+    if (statistics_.carrier_starts != carrier_.starts()) motion_.clear();
     statistics_.carrier_starts = carrier_.starts();
+    if (status == UpdateStatus::used) remember_motion(s.time);
     return status;
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
     if (auto ok = detail::check_scan(scan, odometry, trajectory_); !ok) return ok.error();
-    has_imu_ = carrier_.covers(scan.time);
-    if (has_imu_) carrier_.advance(scan.time);
+    has_imu_ = carrier_.covers(scan.end_time());
+    const LogTime time = has_imu_ ? scan.end_time() : scan.time;
+    if (has_imu_) carrier_.advance(time);
+    if (has_imu_) remember_motion(time);
     level_known_ = has_imu_ && carrier_.level_sigma() < options_.level_sigma;
     const View view = level_known_ ? level(scan) : View{&scan, options_.T_base_laser.raw()};
     const PointSet points = points_of(view);
@@ -44,8 +49,7 @@ class HectorSlamSystem::Engine {
       pose_ = odometry.value_or(SE2d());
       outcome.matched = true;
     } else {
-      auto placed =
-          place(points, predict(scan.time, odometry), alternative_to_odometry(scan.time, odometry));
+      auto placed = place(points, predict(time, odometry), alternative_to_odometry(time, odometry));
       if (!placed) return placed;
       outcome = *placed;
     }
@@ -56,12 +60,14 @@ class HectorSlamSystem::Engine {
     }
     if (has_imu_ && !carrier_.placed())
       carrier_.place(pose_, options_.min_sigma_m, options_.min_sigma);
-    motion_model_.update(scan.time, pose_, odometry);
+    motion_.clear();  // the match has moved the filter's pose
+    if (has_imu_) remember_motion(time);
+    motion_model_.update(time, pose_, odometry);
     coasting_ = has_imu_ && !outcome.matched;
     outcome.T_map_base = MapPose(pose_);
     outcome.matcher_errors.add(errors_, "scan");
     statistics_.matcher_errors.add(outcome.matcher_errors);
-    trajectory_.push_back({scan.time, outcome.T_map_base});
+    trajectory_.push_back({time, outcome.T_map_base});
     ++statistics_.scans;
     statistics_.levelled_scans += level_known_ ? 1 : 0;
     statistics_.unmatched_scans += outcome.matched ? 0 : 1;
@@ -92,9 +98,27 @@ class HectorSlamSystem::Engine {
     const SO3d q = carrier_.q_level_body();
     const SO3d q_base_laser =
         SO3d::exp(Eigen::Vector3d(0, 0, mounted.rotation().angle().radians()));
-    levelled_ = level_scan(scan, q * q_base_laser, options_.level);
     const Eigen::Vector3d at(mounted.x(), mounted.y(), 0);
+    if (!scan.is_sweep() || !level_sweep(scan, SE3d(at, q_base_laser)))
+      levelled_ = level_scan(scan, q * q_base_laser, options_.level);
     return {&levelled_, SE2d(Eigen::Vector2d((q * at).head<2>()), SO2d())};
+  }
+
+  /// By the motion that the filter found during the sweep. False where it did not cover all of it.
+  bool level_sweep(const LaserScan& scan, const SE3d& T_base_laser) {
+    const SO3d to_heading =
+        SO3d::exp(-carrier_.planar().heading().radians() * Eigen::Vector3d::UnitZ());
+    const auto laser = [&](LogTime time) -> std::optional<SE3d> {
+      const auto T_map_base = motion_(time);
+      if (!T_map_base) return std::nullopt;
+      return SE3d(Eigen::Vector3d::Zero(), to_heading) * *T_map_base * T_base_laser;
+    };
+    return level_scan(scan, laser, scan.end_time(), levelled_, options_.level).has_value();
+  }
+
+  void remember_motion(LogTime time) {
+    const CarrierState& x = carrier_.state();
+    (void)motion_.add(time, SE3d(x.position_m, x.q_map_body));  // where it is later than the last
   }
 
   [[nodiscard]] Predicted predict(LogTime time, const std::optional<SE2d>& odometry) const {
@@ -250,6 +274,7 @@ class HectorSlamSystem::Engine {
   bool has_imu_ = false,
        level_known_ = false;  // inertial unit and level available at the latest scan
   bool coasting_ = false;     // the latest scan was placed by the unit alone
+  PoseHistory<SE3d> motion_;  // of the base by the unit, since the latest match
   LaserScan levelled_;
   MatcherErrors errors_;  // at the latest scan
   MotionModel motion_model_;
@@ -288,12 +313,16 @@ Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecordin
 Result<HectorRun> detail::run(HectorSlamSystem& slam, const Recording& recording,
                               const MargRecording& unit, const SlamProgress& progress) {
   const OdometryTrack odometry(recording.odometry);
+  ScanDeskewer deskewer(recording.T_base_laser);
   auto reading = unit.begin();
   auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
-    const LaserScan& scan = recording.scans[i];
-    for (; reading != unit.end() && reading->time <= scan.time; ++reading)
+    const LogTime end = recording.scans[i].end_time();
+    for (; reading != unit.end() && reading->time <= end; ++reading)
       slam.add(ImuSample{reading->time, reading->angular_rate_radps, reading->specific_force_mps2});
-    return slam.add_scan(scan, odometry.at(scan.time));
+    if (!unit.empty()) return slam.add_scan(recording.scans[i], odometry.at(end));
+    return detail::add_deskewed(deskewer, recording, i, [&](const LaserScan& scan) {
+      return slam.add_scan(scan, odometry.at(scan.time));
+    });
   });
   if (!refused) return refused.error();
   return HectorRun{slam.trajectory(), slam.map(), slam.statistics(), refused->count,

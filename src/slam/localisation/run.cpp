@@ -112,6 +112,13 @@ Result<LocalisationRun> detail::run(RecordedLocaliser& localiser, const Recordin
                                     const std::function<bool(double)>& progress,
                                     std::span<const double> snapshots_at) {
   const OdometryTrack odometry(recording.odometry);
+  ScanDeskewer deskewer(recording.T_base_laser);
+  const auto add_lidar =
+      [&](const LaserScan& scan,
+          const std::optional<OdomPose>& odometry_now) -> Result<LocalisationOutcome> {
+    const auto instant = deskewer(scan, recording.odometry, recording.gyro);
+    return instant ? localiser.add_lidar(**instant, odometry_now) : instant.error();
+  };
   std::vector<GatheredRadar> radar;
   if (sensors.radar)
     radar = gather_radar(recording, odometry, {sensors.radar_frames, sensors.radar_longest_s});
@@ -132,7 +139,7 @@ Result<LocalisationRun> detail::run(RecordedLocaliser& localiser, const Recordin
       add_odometry_of_gap(localiser, odometry, run.outcomes.back().time, scan.time);
     const auto odometry_now = odometry.at(scan.time);
     auto outcome = scan.radar ? localiser.add_radar(scan.time, scan.radar->points, odometry_now)
-                              : localiser.add_lidar(*scan.lidar, odometry_now);
+                              : add_lidar(*scan.lidar, odometry_now);
     if (!outcome) {
       refused.add(outcome, (scan.radar ? "radar scan " : "scan ") + std::to_string(scan.index));
     } else if (!run.outcomes.empty() && run.outcomes.back().time == outcome->time) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <wayfare/pedestrian/pedestrian.hpp>
+#include <wayfare/sensors/pose_history.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 
 namespace wayfare {
@@ -79,19 +80,22 @@ class PedestrianSlam::Engine {
     });
     if (status.gyro == UpdateStatus::used) last_sample_ = sample.time;
     read_heading();
+    remember_attitude(sample.time);
     return status;
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan) {
     if (auto ok = detail::check_scan(scan, {}, dead_reckoning_); !ok) return ok.error();
-    levelled_ = level_scan(scan, q_level_laser(), options_.level);
     const SE2d walker = walker_;
     const MotionHint hint = hint_at(scan.time);
+    if (!scan.is_sweep() || !level_sweep(scan))
+      levelled_ = level_scan(scan, q_level_laser(), options_.level);
     auto outcome = slam_.add_scan(levelled_, hint);
     if (!outcome) {
       walker_ = walker;  // the next scan accepted takes this motion as well
       return outcome;
     }
+    measure_velocity(scan.time);
     dead_reckoning_.push_back({scan.time, MapPose(walker_)});
     if (options_.feedback) add_map_heading(scan.time);
     previous_.reset();
@@ -142,6 +146,17 @@ class PedestrianSlam::Engine {
     return heading_ + rotation_since(pedestrian_.ahrs().heading_track().now(), time);
   }
 
+  /// Between the poses of the last two scans.
+  void measure_velocity(LogTime time) {
+    const SE2d& T = slam_.local().T_local_base.raw();
+    by_map_mps_.setZero();
+    if (!dead_reckoning_.empty() && time > dead_reckoning_.back().time)
+      by_map_mps_ = T.rotation().inverse() *
+                    Eigen::Vector2d(T.translation() - T_local_last_.translation()) /
+                    to_seconds(time - dead_reckoning_.back().time);
+    T_local_last_ = T;
+  }
+
   /// Gives the map's heading, free of gyro drift, to the attitude filter.
   void add_map_heading(LogTime time) {
     const LocalPlacement& local = slam_.local();
@@ -177,9 +192,32 @@ class PedestrianSlam::Engine {
            options_.q_unit_laser;
   }
 
+  void remember_attitude(LogTime time) {
+    const std::uint64_t restarts = pedestrian_.report().ahrs.restarts;
+    if (std::exchange(attitude_restarts_, restarts) != restarts) attitude_.clear();
+    if (!pedestrian_.ahrs().ready()) return;
+    const SE3d turned(Eigen::Vector3d::Zero(), pedestrian_.ahrs().q_world_body());
+    (void)attitude_.add(time, turned);  // where it is later than the last
+  }
+
+  /// By the attitude during the sweep. False where it is not known during all of it.
+  bool level_sweep(const LaserScan& scan) {
+    const SO3d to_heading = SO3d::exp(Eigen::Vector3d(0, 0, -heading_at(scan.time)));
+    const Eigen::Vector2d velocity = by_step_mps_.value_or(by_map_mps_);
+    const auto laser = [&](LogTime time) -> std::optional<SE3d> {
+      const auto unit = attitude_(time);
+      if (!unit) return std::nullopt;
+      Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+      moved.head<2>() = to_seconds(time - scan.time) * velocity;
+      return SE3d(moved, to_heading * unit->rotation() * options_.q_unit_laser);
+    };
+    return level_scan(scan, laser, scan.time, levelled_, options_.level).has_value();
+  }
+
   /// The motion since the previous scan; also updates the dead-reckoned pose.
   MotionHint hint_at(LogTime time) {
     increment_.setZero();
+    by_step_mps_.reset();
     const std::uint64_t restarts = pedestrian_.report().ahrs.restarts;
     if (!has_recent_sample(time) || std::exchange(restarts_, restarts) != restarts)
       previous_.reset();
@@ -192,6 +230,8 @@ class PedestrianSlam::Engine {
     const Eigen::Vector2d step = feedback_.scale() * (SO2d(feedback_.direction()) * increment_);
     walker_ = walker_ * SE2d(Eigen::Vector2d(level * step), SO2d(turn));
     if (!steps_known) return {{}, turn};
+    const double dt = to_seconds(time - previous_->time);
+    if (dt > 0.0) by_step_mps_ = SO2d(turn).inverse() * Eigen::Vector2d(level * step) / dt;
     return {OdomPose(walker_), turn};
   }
 
@@ -208,6 +248,12 @@ class PedestrianSlam::Engine {
   SE2d walker_;
   Eigen::Vector2d increment_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d by_steps_ = Eigen::Vector2d::Zero();  // in the map's axes
+  PoseHistory<SE3d> attitude_;                          // of the unit, for sweeps
+  std::uint64_t attitude_restarts_ = 0;
+  SE2d T_local_last_;
+  // Of the walker, along levelled axes whose x is the heading.
+  std::optional<Eigen::Vector2d> by_step_mps_;
+  Eigen::Vector2d by_map_mps_ = Eigen::Vector2d::Zero();
   LaserScan levelled_;
   Trajectory dead_reckoning_;
 };
@@ -235,7 +281,8 @@ Result<PedestrianSlamRun> run_pedestrian_slam(const Recording& recording, const 
   const SubmapSlamStatistics& statistics = walker.slam().statistics();
   auto refused = detail::feed_scans(recording, progress, statistics, [&](std::size_t i) {
     const LaserScan& scan = recording.scans[i];
-    for (; reading != unit.end() && reading->time <= scan.time; ++reading) walker.add(*reading);
+    for (; reading != unit.end() && reading->time <= scan.end_time(); ++reading)
+      walker.add(*reading);
     return walker.add_scan(scan);
   });
   if (!refused) return refused.error();

@@ -319,7 +319,14 @@ Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions
     for (const auto& measurement : measurements) stream.add(measurement);
   };
   add_all(recording.wheels), add_all(recording.gyro), add_all(recording.odometry);
-  add_all(recording.radar), add_all(recording.scans);
+  add_all(recording.radar);
+  ScanDeskewer deskewer(recording.T_base_laser);
+  detail::Refusals refused;
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+    const auto instant = deskewer(recording.scans[i], recording.odometry, recording.gyro);
+    refused.add(instant, "scan " + std::to_string(i));
+    if (instant) stream.add(**instant);
+  }
   stream.finish();
   std::optional<LogTime> first, last;
   const auto include = [&](const auto& measurements) {
@@ -333,6 +340,8 @@ Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions
     if (progress && !progress(whole_s > 0 ? std::clamp(done_s / whole_s, 0.0, 1.0) : 1.0)) break;
   }
   RadarSlamRun run = stream.result();
+  if (refused.count > 0 && run.refused_scans == 0) run.first_refusal = refused.first;
+  run.refused_scans += refused.count;
   if (run.statistics.updates > 0) return run;
   return Error{ErrorCode::invalid,
                "no scan could be used" + (run.refused_scans > 0 ? "; " + run.first_refusal : "")};

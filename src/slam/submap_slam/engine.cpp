@@ -321,16 +321,16 @@ Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOpti
 
 Result<SubmapSlamRun> detail::run(SubmapSlamSystem& slam, const Recording& recording,
                                   const SlamProgress& progress) {
-  const OdometryTrack odometry(recording.odometry);
   const GyroTurn gyro(recording.gyro);
+  ScanDeskewer deskewer(recording.T_base_laser);
   auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
-    const LaserScan& scan = recording.scans[i];
-    MotionHint hint{odometry.at(scan.time), {}};
-    if (!hint.odometry && i > 0) hint.turn = gyro.between(recording.scans[i - 1].time, scan.time);
-    return slam.add_scan(scan, hint);
+    return detail::add_deskewed(deskewer, recording, i, [&](const LaserScan& scan) {
+      MotionHint hint{OdometryTrack(recording.odometry).at(scan.time), {}};
+      if (!hint.odometry && i > 0) hint.turn = gyro.between(recording.scans[i - 1].time, scan.time);
+      return slam.add_scan(scan, hint);
+    });
   });
-  if (!refused) return refused.error();
-  return finished_run(slam, *std::move(refused));
+  return refused ? finished_run(slam, *std::move(refused)) : refused.error();
 }
 
 Result<SubmapSlamRun> detail::finished_run(SubmapSlamSystem& slam, Refusals refused) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/ros/convert.hpp>
@@ -96,7 +96,7 @@ TEST_F(Live, EveryRevolutionOfALidarArrivesOnce) {
   std::vector<LaserScan> turns;
   decode::RplidarStream stream(115200);
   stream.feed(bytes, LogTime(), [&](const decode::RplidarRevolution& turn) {
-    turns.push_back(decode::to_laser_scan(turn));
+    turns.push_back(decode::to_laser_sweep(turn));
   });
   ASSERT_GE(turns.size(), 1U);
   const auto heard = listen<ros::LaserScan>("scan");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -99,10 +100,11 @@ class ScanRaster {
 };
 
 inline const std::vector<Eigen::Vector2d>& ScanRaster::directions(const LaserScan& scan) {
-  if (directions_.size() == scan.ranges_m.size() && first_bearing_ == scan.first_bearing &&
-      bearing_step_ == scan.bearing_step)
+  if (scan.bearings.empty() && directions_.size() == scan.ranges_m.size() &&
+      first_bearing_ == scan.first_bearing && bearing_step_ == scan.bearing_step)
     return directions_;
-  first_bearing_ = scan.first_bearing;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // equal to no bearing
+  first_bearing_ = scan.bearings.empty() ? scan.first_bearing : Angle::radians(kNone);
   bearing_step_ = scan.bearing_step;
   directions_.clear();
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {

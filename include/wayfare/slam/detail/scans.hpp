@@ -13,6 +13,7 @@
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/odometry_track.hpp>
+#include <wayfare/sync/scan_deskewer.hpp>
 
 namespace wayfare {
 
@@ -35,7 +36,10 @@ inline bool finite(const SE2d& pose) {
 
 /// Whether every beam has a bearing.
 inline bool has_finite_bearings(const LaserScan& scan) {
-  return finite(scan.first_bearing) && finite(scan.bearing_step) &&
+  const bool of_each = scan.bearings.empty() ||
+                       (scan.bearings.size() == scan.ranges_m.size() &&
+                        std::ranges::all_of(scan.bearings, [](Angle b) { return finite(b); }));
+  return of_each && finite(scan.first_bearing) && finite(scan.bearing_step) &&
          finite(scan.bearing(scan.ranges_m.size()));
 }
 
@@ -93,6 +97,20 @@ Result<Refusals> feed_scans(const Recording& recording, const SlamProgress& prog
   if (statistics.scans > 0) return refused;
   return Error{ErrorCode::invalid,
                n == 0 ? "the recording has no scans" : "no scan could be used; " + refused.first};
+}
+
+/// Gives scan i of a recording to `add`: a sweep as an instantaneous scan, by the recording's
+/// odometry and gyro.
+template <class Add>
+Result<ScanOutcome> add_deskewed(ScanDeskewer& deskewer, const Recording& recording, std::size_t i,
+                                 const Add& add) {
+  const LaserScan& scan = recording.scans[i];
+  if (!scan.is_sweep()) return add(scan);
+  const auto instant = deskewer(scan, recording.odometry, recording.gyro);
+  if (!instant) return instant.error();
+  Result<ScanOutcome> outcome = add(**instant);
+  if (outcome) deskewer.placed(scan.time, outcome->T_map_base.raw(), outcome->loop_closures > 0);
+  return outcome;
 }
 
 /// Ends a run of submap SLAM over a recording.

@@ -188,8 +188,11 @@ class GraphSlamEngine {
 template <class Slam>
 Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamProgress& progress) {
   const OdometryTrack odometry(recording.odometry);
+  ScanDeskewer deskewer(recording.T_base_laser);
   auto refused = feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
-    return slam.add_scan(recording.scans[i], odometry.at(recording.scans[i].time));
+    return add_deskewed(deskewer, recording, i, [&](const LaserScan& scan) {
+      return slam.add_scan(scan, odometry.at(scan.time));
+    });
   });
   if (!refused) return refused.error();
   if (auto ok = slam.finish(); !ok) return ok.error();
