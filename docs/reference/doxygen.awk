@@ -20,10 +20,12 @@ function label(path, heading) {
   return "at_" page(path) "_" heading
 }
 # Where a link leads, which is not the file's name alone.
-function target(link,   hash) {
+function target(link,   hash, file) {
   hash = index(link, "#")
   if (hash == 0) return "@ref " label(FILENAME, link)
-  return "@ref " label(hash == 1 ? FILENAME : substr(link, 1, hash - 1), substr(link, hash + 1))
+  file = hash == 1 ? FILENAME : substr(link, 1, hash - 1)
+  if (file !~ /\//) file = substr(FILENAME, 1, match(FILENAME, /[^\/]*$/) - 1) file
+  return "@ref " label(file, substr(link, hash + 1))
 }
 function show(program) {
   if (!(program in shown)) programs[++count] = program

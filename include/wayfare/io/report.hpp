@@ -43,8 +43,11 @@ struct Series {
 
 /// A picture below the curves, with its edges in the units of the axes.
 struct PlotImage {
-  Image image;
-  double left = 0.0, right = 0.0, bottom = 0.0, top = 0.0;
+  Image image;          ///< drawn below the curves
+  double left = 0.0;    ///< on the x axis
+  double right = 0.0;   ///< on the x axis
+  double bottom = 0.0;  ///< on the y axis
+  double top = 0.0;     ///< on the y axis
 };
 /// The picture of a map, in metres. Its origin must not be rotated.
 [[nodiscard]] PlotImage plot_image(const GridImage& grid);

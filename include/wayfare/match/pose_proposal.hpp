@@ -47,8 +47,8 @@ struct PoseDraw {
 
 /// A sample of the proposal.
 struct WeightedPose {
-  SE2d T_map_points;
-  double weight = 0.0;
+  SE2d T_map_points;    ///< the drawn pose
+  double weight = 0.0;  ///< of the drawn poses, normalised
 };
 
 /// τ(x) = p(z | x, m) p(x | motion), with x from N(match, Σ): the improved proposal of a particle's

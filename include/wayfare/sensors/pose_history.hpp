@@ -12,6 +12,7 @@
 
 namespace wayfare {
 
+/// Limits of interpolation.
 struct PoseHistoryOptions {
   Duration largest_gap{500'000'000};  ///< between poses further apart nothing is known
   /// This far before the first pose, and beyond the latest, the motion between the two nearest goes
@@ -26,6 +27,7 @@ struct PoseHistoryOptions {
 template <class Pose>
 class PoseHistory {
  public:
+  /// Without poses.
   explicit PoseHistory(const PoseHistoryOptions& options = {}) : options_(options) {}
 
   /// Errors: a pose that is not finite, or not later than the one before it. It is then left out.
@@ -40,7 +42,7 @@ class PoseHistory {
     entries_[newest_] = {time, pose};
     return {};
   }
-  void clear() { count_ = 0; }
+  void clear() { count_ = 0; }  ///< forgets all poses
 
   /// Along the constant twist between the poses around `time`; nothing in a gap, or too far from
   /// all poses.

@@ -23,9 +23,11 @@ namespace wayfare {
 /// nothing outside them, and between samples half a second apart or more. A SweepMotion.
 class OdometryMotion {
  public:
+  /// Refers to the samples.
   OdometryMotion(std::span<const OdometrySample> samples,
                  const Transform2<frame::Base, frame::Laser>& T_base_laser)
       : samples_(samples), T_base_laser_(T_base_laser.raw()) {}
+  /// At `time`, by odometry.
   [[nodiscard]] std::optional<SE2d> operator()(LogTime time) const;
 
  private:
@@ -38,10 +40,12 @@ class OdometryMotion {
 /// SweepMotion.
 class VelocityMotion {
  public:
+  /// Refers to the gyro's samples.
   VelocityMotion(LogTime at, const Eigen::Vector3d& velocity,
                  const Transform2<frame::Base, frame::Laser>& T_base_laser,
                  std::span<const GyroSample> gyro = {})
       : at_(at), velocity_(velocity), T_base_laser_(T_base_laser.raw()), gyro_(gyro) {}
+  /// At `time`, from the base at the first instant.
   [[nodiscard]] std::optional<SE2d> operator()(LogTime time) const;
 
  private:
@@ -57,6 +61,7 @@ class VelocityMotion {
 /// sweep is left as it is.
 class ScanDeskewer {
  public:
+  /// For a laser at this pose on its base.
   explicit ScanDeskewer(const Transform2<frame::Base, frame::Laser>& T_base_laser)
       : T_base_laser_(T_base_laser) {}
 
