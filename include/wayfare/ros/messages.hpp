@@ -43,6 +43,12 @@ struct Header {
   }
 };
 
+struct String {
+  static constexpr MessageType kType{"std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1"};
+  std::string data = {};
+  static void fields(auto& m, auto& a) { a("data", m.data); }
+};
+
 struct Vector3 {
   static constexpr MessageType kType{"geometry_msgs/Vector3"};
   double x = 0.0, y = 0.0, z = 0.0;
@@ -229,6 +235,20 @@ struct MagneticField {
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("magnetic_field", m.magnetic_field);
     a("magnetic_field_covariance", m.magnetic_field_covariance);
+  }
+};
+
+/// `position`, `velocity` and `effort` are as long as `name`, or empty.
+struct JointState {
+  static constexpr MessageType kType{"sensor_msgs/JointState", "3066dcd76a6cfaef579bd0f34173e9fd"};
+  Header header;
+  std::vector<std::string> name = {};
+  std::vector<double> position = {}, velocity = {},
+                      effort = {};  ///< rad, rad/s, N m (of a slider m)
+
+  static void fields(auto& m, auto& a) {
+    a("header", m.header), a("name", m.name), a("position", m.position);
+    a("velocity", m.velocity), a("effort", m.effort);
   }
 };
 
