@@ -261,8 +261,8 @@ struct RadarSlamRun {
   }
 };
 
-/// Runs the filter over `recording`, with wheels and gyro if it has them, else with its odometry.
-/// Returns an Error if no scan of the selected sensors could be used.
+/// Runs the filter over `recording`, with wheels and gyro if it has them, odometry and gyro or else
+/// odometry. Returns an Error if no scan of the selected sensors could be used.
 Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions options,
                                     SlamSensors sensors, const SlamProgress& progress = {},
                                     const DeadReckoningOptions& reckoning = {});
