@@ -49,12 +49,44 @@ program_test(pedestrian_of_a_bag zero "steps +[1-9]"
   NEEDS head_bag)
 program_test(allan_of_a_bag zero "readings, 100[.]"
   COMMAND "$<TARGET_FILE:allan>;${_out}/head.bag" NEEDS head_bag)
-program_test(convert_log_gyro_and_truth zero "gyro +[1-9].*truth +[1-9].*Left out.*wheel readings"
+program_test(convert_log_gyro_and_truth zero "gyro +[1-9].*truth +[1-9].*wheels +[1-9]"
   COMMAND "${_convert};${_out}/corridors/log.carmen;--out;${_out}/corridors.bag;--force"
   NEEDS corridors GIVES corridors_bag)
 program_test(corridor_ins_of_a_bag zero "added bias found"
   COMMAND "$<TARGET_FILE:corridor_ins>;${_out}/corridors.bag;--add-bias;0.5;--out;${_out}/corridors_bag;--force"
   NEEDS corridors_bag)
+
+# A world's log with wheels, gyro and radar: recordings of it give the same errors as the log. The
+# distances of the wheels differ in their last bits, as sums of them are written; the last digit of
+# the tables is 1 mm and 0.01 deg.
+set(_world "${_out}/world.log")
+foreach(_kind IN ITEMS bag mcap)
+  program_test(convert_world_${_kind} zero "wheels +[1-9]"
+    COMMAND "${_convert};${_world};--out;${_out}/world.${_kind};--force"
+    NEEDS world_log GIVES world_${_kind})
+  foreach(_program IN ITEMS corridor_ins "radar_slam;--sensors;lidar;--particles;5"
+                            "radar_slam;--sensors;both;--particles;3")
+    list(POP_FRONT _program _name)
+    string(REGEX REPLACE "[-;]+" "_" _test "${_name};${_program}")
+    add_test(NAME programs.same_errors_of_${_kind}_${_test}
+             COMMAND "${CMAKE_COMMAND}" "-DPROGRAM=$<TARGET_FILE:${_name}>" "-DARGUMENTS=${_program}"
+                     "-DLOG=${_world}" "-DOTHER=${_out}/world.${_kind}"
+                     "-DOUT=${_out}/same_errors_${_kind}_${_test}"
+                     -P "${CMAKE_CURRENT_SOURCE_DIR}/same_errors.cmake")
+    set_tests_properties(programs.same_errors_of_${_kind}_${_test} PROPERTIES
+      FIXTURES_REQUIRED "world_log;world_${_kind}")
+  endforeach()
+endforeach()
+program_test(radar_slam_wheels_that_are_not_there nonzero
+  "no wheel 'port'; there is left_wheel_joint, right_wheel_joint"
+  COMMAND "${_particles};${_out}/world.bag;--wheels;port,starboard;--out;${_out}/x"
+  NEEDS world_log world_bag)
+program_test(radar_slam_wheels_without_a_radius nonzero "wheel radius: must be a positive number"
+  COMMAND "${_particles};${_out}/world.bag;--wheel-radius;nan;--out;${_out}/x"
+  NEEDS world_log world_bag)
+program_test(corridor_ins_doubts_its_wheels zero "the wheels contradict the gyro"
+  COMMAND "$<TARGET_FILE:corridor_ins>;${_out}/world.bag;--wheel-base;0.1;--out;${_out}/doubted;--force"
+  NEEDS world_log world_bag)
 
 add_test(NAME programs.rosbag_info
          COMMAND "${CMAKE_COMMAND}" "-DBAG=${_out}/room.bag"

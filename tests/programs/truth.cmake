@@ -114,6 +114,28 @@ foreach(_pair IN ITEMS compared_again/graph:compared/graph compared_again/submap
   set_tests_properties(programs.compare_methods_same_${_name} PROPERTIES FIXTURES_REQUIRED
     "world_log;compared;compared_again;truth_graph_slam;truth_hector_slam;truth_submap_slam")
 endforeach()
+# The corridor filter, as in its own program: against the log's truth, that of a file and none.
+program_test(compare_methods_corridor zero "corridor filter, same start.*corridor filter, aligned +0[.]0[0-9]+ +0[.]0"
+  COMMAND "${_compare};${_world};--methods;corridor;--out;${_out}/compared_corridor;--force"
+  NEEDS world_log GIVES compared_corridor)
+add_test(NAME programs.compare_methods_same_corridor
+         COMMAND "${CMAKE_COMMAND}" -E compare_files
+                 "${_out}/compared_corridor/corridor.tum" "${_out}/truth_corridor_ins/trajectory.tum")
+set_tests_properties(programs.compare_methods_same_corridor PROPERTIES FIXTURES_REQUIRED
+  "world_log;compared_corridor;truth_corridor_ins")
+program_test(compare_methods_corridor_truth_of_a_file zero "corridor filter, same start${_none}"
+  COMMAND "${_compare};${_world};--methods;corridor;--truth;${_out}/compared_corridor/corridor.tum;--out;${_out}/compared_again_corridor;--force"
+  NEEDS world_log compared_corridor)
+foreach(_bad_truth IN ITEMS other_clock:another later:overlap)
+  string(REPLACE ":" ";" _bad_truth "${_bad_truth}")
+  list(GET _bad_truth 0 _file)
+  list(GET _bad_truth 1 _word)
+  foreach(_program IN ITEMS compare_methods corridor_ins)
+    program_test(${_program}_truth_${_file} nonzero "${_file}.tum[^\n]*${_word}"
+      COMMAND "$<TARGET_FILE:${_program}>;${_world};--truth;${_bad}/${_file}.tum;--out;${_bad}/x"
+      NEEDS world_log)
+  endforeach()
+endforeach()
 program_test(compare_methods_of_a_walk zero
   "dead reckoning by steps, same start.*Hector SLAM, same start.*pedestrian SLAM, aligned.*Left out.*odometry +the log has no odometry.*radar +the log has no radar"
   COMMAND "${_compare};${_walk};--methods;odometry,pdr,hector,pedestrian,radar;--out;${_out}/compared_walk;--force"

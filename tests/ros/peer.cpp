@@ -6,10 +6,12 @@
 #include <nav_msgs/Path.h>
 #include <ros/serialization.h>
 #include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
 #include <sensor_msgs/LaserScan.h>
 #include <sensor_msgs/MagneticField.h>
 #include <sensor_msgs/NavSatFix.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <std_msgs/String.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <stdexcept>
@@ -37,7 +39,8 @@ bool any_message(Visit visit) {
          visit(sensor_msgs::MagneticField()) || visit(sensor_msgs::NavSatFix()) ||
          visit(nav_msgs::Odometry()) || visit(nav_msgs::Path()) ||
          visit(nav_msgs::OccupancyGrid()) || visit(geometry_msgs::PoseStamped()) ||
-         visit(geometry_msgs::PoseWithCovarianceStamped()) || visit(tf2_msgs::TFMessage());
+         visit(geometry_msgs::PoseWithCovarianceStamped()) || visit(tf2_msgs::TFMessage()) ||
+         visit(sensor_msgs::JointState()) || visit(std_msgs::String());
 }
 
 template <class M>

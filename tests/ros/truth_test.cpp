@@ -103,6 +103,90 @@ TEST_F(TruthInARecording, MayBeATransform) {
   EXPECT_THAT(read(names).error().to_string(), HasSubstr("two frames"));
 }
 
+/// The robot's place in the world as a tracker on the robot, seen by cameras that stand in the
+/// world, measures it; the cameras' poses come at half the rate.
+TEST_F(TruthInARecording, MayBeAChainOfTransforms) {
+  const SE2d T_world_cameras(3.0, -1.0, Angle::degrees(40.0));
+  const SE2d T_tracker_base(-0.1, 0.2, Angle::degrees(90.0));
+  write("/tf_static", 0,
+        ros::TfMessage{
+            {ros::transform_of(T_tracker_base.inverse(), pose_time(0), "base_link", "tracker")}});
+  for (int i = 0; i < 3; ++i) {
+    if (i != 1)
+      write("/tf", i,
+            ros::TfMessage{{ros::transform_of(T_world_cameras, pose_time(i), "world", "cameras")}});
+    write("/tf", i,
+          ros::TfMessage{{ros::transform_of(T_world_cameras.inverse() * true_place(i), pose_time(i),
+                                            "/cameras", "/base_link")}});
+  }
+  close();
+  ros::TopicNames names;
+  names.truth_frames = {"world", "base_link"};
+  expect_places(names);
+  names.truth_frames = {"world", "tracker"};
+  const auto tracker = read(names);
+  ASSERT_TRUE(tracker) << tracker.error().to_string();
+  ASSERT_EQ(tracker->truth.size(), 3U);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_LT(tracker->truth[static_cast<std::size_t>(i)]
+                  .T_map_base.raw()
+                  .minus(true_place(i) * T_tracker_base.inverse())
+                  .norm(),
+              1e-12);
+  names.truth_frames = {"tracker", "world"};
+  EXPECT_LT(read(names)
+                ->truth[2]
+                .T_map_base.raw()
+                .minus((true_place(2) * T_tracker_base.inverse()).inverse())
+                .norm(),
+            1e-12);
+  names.truth_frames = {"base_link", "tracker"};
+  EXPECT_EQ(read(names)->truth.size(), 1U) << "one transform, directly";
+}
+
+TEST_F(TruthInARecording, ABrokenChainIsNamed) {
+  for (int i = 0; i < 3; ++i)
+    write("/tf", i,
+          ros::TfMessage{{ros::transform_of(true_place(i), pose_time(i), "cameras", "tracker"),
+                          ros::transform_of(SE2d(), pose_time(i), "tracker", "base_link"),
+                          ros::transform_of(SE2d(), pose_time(i + 100), "world", "tent")}});
+  // Never at a time at which the tracker was seen.
+  for (const int i : {100, 101})
+    write("/tf", i,
+          ros::TfMessage{{ros::transform_of(SE2d(), pose_time(i), "tent", "table"),
+                          ros::transform_of(SE2d(), pose_time(i), "tracker", "late")}});
+  write("/tf_static", 0,
+        ros::TfMessage{{ros::transform_of(SE2d(), pose_time(0), "tent", "pole"),
+                        ros::transform_of(SE2d(), pose_time(0), "pole", "flag")}});
+  close();
+  ros::TopicNames names;
+  const auto error = [&](const char* base, const char* frame) {
+    names.truth_frames = {base, frame};
+    const auto result = read(names);
+    return result ? "no error" : result.error().to_string();
+  };
+  EXPECT_THAT(
+      error("world", "base_link"),
+      HasSubstr("no transform from 'world' to 'base_link': the chain is broken, 'base_link' "
+                "leads up to 'cameras', 'world' has no parent"));
+  EXPECT_THAT(error("world", "nothing"), HasSubstr("'nothing' has no parent"));
+  EXPECT_THAT(error("cameras", "late"),
+              HasSubstr("no time at which all transforms from 'cameras' to 'late' are known: "
+                        "'tracker' -> 'late' is from 1600000010.0"));
+  EXPECT_THAT(error("tent", "flag"), HasSubstr("only constant transforms from 'tent' to 'flag'"));
+}
+
+TEST_F(TruthInARecording, ALoopOfFramesIsNoChain) {
+  for (int i = 0; i < 3; ++i)
+    write("/tf", i,
+          ros::TfMessage{{ros::transform_of(SE2d(), pose_time(i), "a", "b"),
+                          ros::transform_of(SE2d(), pose_time(i), "b", "a")}});
+  close();
+  ros::TopicNames names;
+  names.truth_frames = {"world", "a"};
+  EXPECT_THAT(read(names).error().to_string(), HasSubstr("the chain is broken"));
+}
+
 TEST_F(TruthInARecording, HasOnePoseForATime) {
   for (const int i : {2, 0, 1, 1}) {
     const StampedPose pose{pose_time(i), Transform2<frame::Map, frame::Base>(true_place(i))};

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include <wayfare/nav/corridor_ins.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/slam/graph_slam.hpp>
@@ -9,6 +10,8 @@
 #include <wayfare/slam/pedestrian_slam.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/slam/submap_slam.hpp>
+
+#include "corridor_ins/on_log.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -24,6 +27,11 @@ std::string lacks_radar(const MethodData& d) {
 }
 std::string lacks_unit(const MethodData& d) {
   return d.unit ? "" : "the log has no inertial unit, and --unit names none";
+}
+std::string lacks_scans_or_motion(const MethodData& d) {
+  const std::string scans = lacks_scans(d);
+  if (!scans.empty() || !motion_of(d.recording).empty()) return scans;
+  return "the log has neither gyro and wheels nor odometry";
 }
 std::string lacks_both(const MethodData& d) {
   const std::string scans = lacks_scans(d);
@@ -94,6 +102,21 @@ Result<Trajectory> graph(const MethodData& d, const SlamProgress& progress) {
   return trajectory_of(run_graph_slam(d.recording, options, progress));
 }
 
+/// With as many passes as in corridor_ins.
+Result<Trajectory> corridor(const MethodData& d, const SlamProgress& progress) {
+  constexpr int kPasses = 4;
+  const auto run =
+      run_corridor_passes(d.recording, motion_of(d.recording), corridor_options_of(d.recording),
+                          kPasses, [&](double fraction) {
+                            if (progress) progress(fraction);
+                          });
+  if (!run) return run.error();
+  Trajectory trajectory;
+  for (const CorridorEpoch& epoch : run->epochs)
+    trajectory.push_back({epoch.time, Transform2<frame::Map, frame::Base>(epoch.pose)});
+  return trajectory;
+}
+
 /// With as many particles as in radar_slam.
 auto particles(SlamSensors sensors) {
   return [sensors](const MethodData& d, const SlamProgress& progress) {
@@ -110,6 +133,8 @@ auto particles(SlamSensors sensors) {
 const std::vector<Method>& methods() {
   static const std::vector<Method> all = {
       {"odometry", "odometry", "odometry", lacks_odometry, odometry},
+      {"corridor", "corridor filter", "scans and gyro with wheels, or odometry",
+       lacks_scans_or_motion, corridor},
       {"pdr", "dead reckoning by steps", "inertial unit", lacks_unit, pedestrian},
       {"hector", "Hector SLAM", "scans, with odometry and unit if any", lacks_scans, hector},
       {"submap", "submap SLAM", "scans, with odometry if any", lacks_scans, submaps},

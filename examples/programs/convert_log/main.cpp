@@ -6,7 +6,6 @@
 #include <utility>
 
 #include <wayfare/ros/recording.hpp>
-#include <wayfare/sim/simulate_recording.hpp>
 
 #include "ahrs/recording.hpp"
 #include "support/slam_program.hpp"
@@ -24,7 +23,8 @@ struct Options : SlamArguments {
 /// Logs without a clock begin at zero, which means "no time set" to ROS.
 bool set_clock(Recording& r, MargRecording& unit) {
   const auto all = [&](const auto& visit) {
-    visit(r.scans), visit(r.odometry), visit(r.radar), visit(r.gyro), visit(r.truth), visit(unit);
+    visit(r.scans), visit(r.odometry), visit(r.radar), visit(r.wheels), visit(r.gyro);
+    visit(r.truth), visit(unit);
   };
   LogTime first = LogTime::from_nanoseconds(INT64_MAX);
   all([&](const auto& stream) {
@@ -36,12 +36,6 @@ bool set_clock(Recording& r, MargRecording& unit) {
     for (auto& sample : stream) sample.time += by;
   });
   return true;
-}
-
-/// Odometry from the wheels, if the log has none.
-void add_wheel_odometry(Recording& r) {
-  if (r.odometry.empty() && r.wheel_base_m > 0.0)
-    r.odometry = sim::dead_reckon(r.wheels, r.wheel_base_m);
 }
 
 void add_thinning(CommandLine& app, Thinning& t) {
@@ -58,6 +52,7 @@ void print_counts(const Recording& r, const MargRecording& unit, const Options& 
   std::printf("scans     %zu\nodometry  %zu\nradar     %zu\ngyro      %zu\ntruth     %zu\n",
               r.scans.size(), r.odometry.size(), r.radar.size(), unit.empty() ? r.gyro.size() : 0,
               r.truth.size());
+  if (!r.wheels.empty()) std::printf("wheels    %zu\n", r.wheels.size());
   if (!unit.empty()) std::printf("unit      %zu\n", unit.size());
   std::printf("written   %s\n", o.out.c_str());
 }
@@ -76,8 +71,6 @@ Result<void> convert(const Options& o) {
     T_base_unit = SE2d(0.0, 0.0, Angle::radians(o.unit.q_base_unit(**readings, r).log().z()));
   }
   const bool shifted = set_clock(r, unit);
-  const bool without_odometry = r.odometry.empty();
-  add_wheel_odometry(r);
   auto writer = ros::RecordingWriter::create(o.out, o.write());
   if (!writer) return writer.error();
   auto done = ros::write_robot(*writer, r, {}, {unit, T_base_unit});
@@ -85,10 +78,6 @@ Result<void> convert(const Options& o) {
   if (!done || o.quiet) return done;
   print_counts(r, unit, o);
   if (shifted) std::printf("The log has no clock: its times now begin at 1 s.\n");
-  if (!r.wheels.empty())
-    std::printf(without_odometry ? "The odometry is computed from %zu wheel readings.\n"
-                                 : "Left out, without a message type: %zu wheel readings\n",
-                r.wheels.size());
   return {};
 }
 
@@ -97,10 +86,12 @@ Result<void> convert(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Convert a robot's log to ROS messages: /scan, /odom, /tf, /tf_static and, if the log has "
-      "them, /radar, /imu, /magnetic_field and /truth.\nLOG is " +
+      "them, /radar, /imu, /magnetic_field, /truth and, for its wheels, /joint_states with "
+      "/robot_description.\nLOG is " +
       std::string(kRobotLogs) +
       ". ROS is not needed. Reading the recording gives bit-identical numbers, except for the last "
-      "bit of a magnetic field. Thinned out, it is what a lesser sensor would have recorded.");
+      "bits of a magnetic field and of wheels whose distances are no encoder counts. Thinned out, "
+      "it is what a lesser sensor would have recorded.");
   Options o;
   app.add_file("LOG", o.log, "the recorded log").required();
   app.add_option("--out", o.out, "the file to write: ROS 2's .mcap (CDR) or ROS 1's .bag")

@@ -12,6 +12,7 @@
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "evaluate.hpp"
+#include "on_log.hpp"
 #include "outputs.hpp"
 #include "support/option_fields.hpp"
 #include "support/progress_line.hpp"
@@ -38,31 +39,6 @@ struct Job {
   std::optional<sim::CorridorDrive> drive;
   double rest_s = 0.0;
 };
-
-/// For logs of unknown lasers and wheels; without gyro, the yaw rate is that of the odometry.
-CorridorInsOptions log_defaults(bool has_gyro) {
-  CorridorInsOptions o;
-  o.walls.range_noise_m = 0.015;
-  o.walls.flatness_m = 0.01;
-  o.walls.split_m = 0.05;
-  o.square_sigma_rad = 0.01;
-  o.wall_offset_sigma_m = 0.02;
-  o.wall_direction_sigma_rad = 0.01;
-  o.noise.slip_m_per_sqrt_m = 0.02;
-  o.noise.acceleration_sigma_m_s2 = 1e-6;
-  o.start_scale = 0.03;
-  o.start_bias_rad_s = 0.06;
-  o.start_drift_rad_s2 = has_gyro ? 6e-6 : 1e-9;
-  o.greatest_acceleration_m_s2 = 20.0;  // the times of odometry are not exact
-  o.rest_calibrates = has_gyro;         // odometry at rest has zero yaw rate
-  if (!has_gyro) {
-    o.noise.angle_random_walk_rad_per_sqrt_s = 0.01;
-    o.noise.bias_sigma_rad_s = 1e-5;
-    o.gyro_range_rad_s = 20.0;
-    o.turn_error = 0.1;
-  }
-  return o;
-}
 
 std::vector<OptionField> fields(CorridorInsOptions& o) {
   return {
@@ -104,32 +80,21 @@ Result<Job> simulated_job(const Options& o) {
 Result<Job> log_job(const Options& o) {
   auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
-  const bool has_gyro = !recording->gyro.empty() && !recording->wheels.empty();
-  Job job{*std::move(recording), log_defaults(has_gyro), {}, {}, 0.0};
-  job.options.T_base_laser = job.recording.T_base_laser;
+  const CorridorInsOptions options = corridor_options_of(*recording);
+  Job job{*std::move(recording), options, {}, {}, 0.0};
   auto truth = o.read_truth(job.recording);
   if (!truth) return truth.error();
   job.truth = *std::move(truth);
   return job;
 }
 
-/// Several passes over the log, each with the bias of the last: the result then does not depend on
-/// the initial bias error.
 Result<CorridorRun> run_passes(const Job& job, const Options& o, double added_rad_s) {
-  const auto motion = motion_of(job.recording, added_rad_s);
-  CorridorInsOptions options = job.options;
-  const int passes = job.drive ? 1 : o.passes;
   ProgressLine progress("corridors", o.quiet);
-  for (int pass = 0;; ++pass) {
-    auto run = run_corridor_ins(job.recording, motion, options, {}, [&](double fraction) {
-      progress.update((pass + fraction) / passes);
-    });
-    if (!run || pass + 1 >= passes) {
-      if (run) progress.finish();
-      return run;
-    }
-    options.start_bias_value_rad_s = run->epochs.back().gyro_bias.value;
-  }
+  auto run = run_corridor_passes(job.recording, motion_of(job.recording, added_rad_s), job.options,
+                                 job.drive ? 1 : o.passes,
+                                 [&](double fraction) { progress.update(fraction); });
+  if (run) progress.finish();
+  return run;
 }
 
 struct Runs {
@@ -152,7 +117,7 @@ Result<Job> make_job(const Options& o) {
 
 /// All options of --config with their defaults for logs.
 std::string corridor_options_text() {
-  CorridorInsOptions defaults = log_defaults(false);
+  CorridorInsOptions defaults = corridor_options_for_logs(false);
   return option_fields_text(fields(defaults));
 }
 

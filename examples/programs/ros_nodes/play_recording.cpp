@@ -43,9 +43,15 @@ std::map<std::string, Kind> kinds(std::tuple<M...>*) {
   return {{std::string(M::kType.name), Kind{ros::topic_type<M>(), converted<M>}}...};
 }
 
-using Known = std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField,
-                         ros::NavSatFix, ros::PointCloud2, ros::RadarScan, ros::TfMessage,
-                         ros::PoseStamped, ros::PoseWithCovarianceStamped>;
+using Known =
+    std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField, ros::NavSatFix,
+               ros::PointCloud2, ros::RadarScan, ros::TfMessage, ros::PoseStamped,
+               ros::PoseWithCovarianceStamped, ros::JointState, ros::String>;
+
+/// Sent once, for all who come later.
+bool is_latched(std::string_view topic) {
+  return topic.ends_with("tf_static") || topic.ends_with("robot_description");
+}
 
 struct Channel {
   Kind kind;
@@ -65,8 +71,8 @@ std::map<std::string, Channel> advertise(ros::Node& node, const ros::RecordingFi
                "left out '" + topic.name + "': its type " + topic.type + " is not known");
       continue;
     }
-    channels[topic.name] = {kind->second, node.advertise(topic.name, kind->second.type,
-                                                         topic.name.ends_with("tf_static"))};
+    channels[topic.name] = {kind->second,
+                            node.advertise(topic.name, kind->second.type, is_latched(topic.name))};
   }
   return channels;
 }
@@ -101,7 +107,7 @@ Result<std::size_t> play(ros::Node& node, const ros::RecordingFile& file, const 
     const double since_s = to_seconds(m.received - *first);
     const Channel& channel = channels.at(m.topic.name);
     // Static transforms are recorded only at the beginning.
-    if (since_s < a.from_s && !m.topic.name.ends_with("tf_static")) return true;
+    if (since_s < a.from_s && !is_latched(m.topic.name)) return true;
     if (since_s > a.from_s + a.seconds) return false;
     const double due_s = begin_s + (since_s - a.from_s) / a.speed;
     while (node.ok() && steady_s() < due_s) node.spin(std::min(0.05, due_s - steady_s()));

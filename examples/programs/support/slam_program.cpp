@@ -10,6 +10,7 @@
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/logger/messages.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare::examples {
 namespace {
@@ -129,7 +130,10 @@ Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames&
   const auto recording_of = [](auto read) -> Result<Recording> {
     if (!read) return read.error();
     print_problems(read->problems);
-    return std::move(read->recording);
+    Recording& r = read->recording;
+    if (r.odometry.empty() && r.wheel_base_m > 0.0)
+      r.odometry = sim::dead_reckon(r.wheels, r.wheel_base_m);
+    return std::move(r);
   };
   if (ros::RecordingFile::is_one(path)) {
     const auto file = ros::RecordingFile::open(path);

@@ -44,7 +44,8 @@ void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& tex
 inline constexpr const char* kRobotLogs =
     "CARMEN text, plain or gzip, a ROS recording (ROS 2's .mcap, ROS 1's .bag) or a logger's "
     "recording (.mcap)";
-/// Reports skipped lines on standard error. `needs_laser`: CARMEN text without scans is an error.
+/// Without odometry, it is computed from the wheels. Reports skipped lines on standard error.
+/// `needs_laser`: CARMEN text without scans is an error.
 [[nodiscard]] Result<Recording> read_robot_log(const std::string& path,
                                                const ros::TopicNames& topics = {},
                                                bool needs_laser = true);

@@ -43,6 +43,13 @@ struct Header {
   }
 };
 
+/// A text.
+struct String {
+  static constexpr MessageType kType{"std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1"};
+  std::string data = {};  ///< the text
+  static void fields(auto& m, auto& a) { a("data", m.data); }
+};
+
 /// A vector in the frame of its message.
 struct Vector3 {
   static constexpr MessageType kType{"geometry_msgs/Vector3"};
@@ -239,6 +246,22 @@ struct MagneticField {
   static void fields(auto& m, auto& a) {
     a("header", m.header), a("magnetic_field", m.magnetic_field);
     a("magnetic_field_covariance", m.magnetic_field_covariance);
+  }
+};
+
+/// State of joints, such as wheels: `position`, `velocity` and `effort` are as long as `name`, or
+/// empty.
+struct JointState {
+  static constexpr MessageType kType{"sensor_msgs/JointState", "3066dcd76a6cfaef579bd0f34173e9fd"};
+  Header header;                       ///< time
+  std::vector<std::string> name = {};  ///< of the joints
+  std::vector<double> position = {},   ///< rad, of a slider m
+      velocity = {},                   ///< rad/s, of a slider m/s
+      effort = {};                     ///< N m, of a slider N
+
+  static void fields(auto& m, auto& a) {
+    a("header", m.header), a("name", m.name), a("position", m.position);
+    a("velocity", m.velocity), a("effort", m.effort);
   }
 };
 

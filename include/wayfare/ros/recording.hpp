@@ -76,6 +76,17 @@ enum class StampSource {
   received,  ///< of the file
 };
 
+/// The wheels of a robot in its sensor_msgs/JointState.
+struct WheelJoints {
+  std::string topic;  ///< empty: the only one
+  /// Of the left and the right wheel; empty: those of `RobotTopics`, if they are there.
+  std::vector<std::string> names;
+  /// Radius of the wheels and distance between them, metres; none: by the robot description, URDF
+  /// as std_msgs/String.
+  std::optional<double> radius_m, base_m;
+  double max_speed_mps = 10.0;  ///< of a wheel; faster is a jump of its position
+};
+
 /// An empty topic stands for the only one of its type.
 struct TopicNames {
   std::string scan;      ///< sensor_msgs/LaserScan
@@ -84,12 +95,16 @@ struct TopicNames {
   /// True poses: geometry_msgs/PoseStamped, geometry_msgs/PoseWithCovarianceStamped or
   /// nav_msgs/Odometry; empty: `/truth`.
   std::string truth;
-  /// Parent and child: true poses by the transforms between these frames instead.
+  /// Two frames, of the world and the robot: true poses by the transforms between them instead, or
+  /// if there are only some by way of other frames, by those.
   std::vector<std::string> truth_frames;
   std::string imu;           ///< sensor_msgs/Imu
   std::string magnetometer;  ///< sensor_msgs/MagneticField
   std::string fix;           ///< sensor_msgs/NavSatFix
-  std::string base_frame;    ///< the robot's; empty: the odometry's child, else base_link
+  WheelJoints wheels = {};   ///< odometry by wheels
+  /// Radial speeds of the radar wrap beyond ± this, m/s; none: by the robot description.
+  std::optional<double> radar_max_speed_mps = {};
+  std::string base_frame;  ///< the robot's; empty: the odometry's child, else base_link
   StampSource stamps = StampSource::header;  ///< whose time measurements get
   /// Streams whose stamps differ by more than this, relative to the times of receipt, are on
   /// different clocks.
@@ -97,8 +112,13 @@ struct TopicNames {
 };
 
 /// A robot's recording: scans, odometry and radar frames, turn rates of an inertial unit about the
-/// robot's z axis, true poses, and the mounting of laser and radar by the transforms. Without a
-/// topic of odometry, the transforms from `odom` are used instead.
+/// robot's z axis, wheels, true poses, and the mounting of laser and radar by the transforms.
+/// Without a topic of odometry, the transforms from `odom` are used instead.
+///
+/// A wheel's distance is the change of its joint's position times its radius, the first one zero;
+/// in messages without positions, the mean of two velocities times the time between. A jump of
+/// position is bridged at the speed before. Wheels that contradict the unit's turn rate in most of
+/// the turns are noted in `problems`, but kept.
 struct RobotRun {
   Recording recording;  ///< all streams, in order of time
   /// Empty if there is none.
@@ -106,13 +126,15 @@ struct RobotRun {
       odometry_topic,      ///< of the odometry; or empty
       radar_topic,         ///< of the radar
       imu_topic,           ///< of the unit
-      truth_topic;         ///< of the truth
+      truth_topic,         ///< of the truth
+      wheel_topic;         ///< of the wheels
   io::Problems problems;   ///< messages that were left out
 };
 /// Errors: neither scans nor radar; a named topic that is missing, or several of a type with none
 /// named; a topic without a usable message (with the first one's error); streams on different
-/// clocks; a laser that is not level. A unit or truth that was not named is dropped instead, with a
-/// note in `problems`.
+/// clocks; a laser that is not level; wheels that are named, but not there (the joints there are
+/// are listed), or of unknown radius; a radius, base or speed that is not a positive number.
+/// Wheels, a unit or truth that were not named are dropped instead, with a note in `problems`.
 [[nodiscard]] Result<RobotRun> read_robot(const RecordingFile& file, const TopicNames& names = {});
 
 /// True poses alone; none if there is no topic of them and none is named. Errors as above.
@@ -195,25 +217,34 @@ struct UnitRun {
 
 /// Names of topics and frames that write_robot uses.
 struct RobotTopics {
-  std::string scan = "/scan",            ///< scans
-      odometry = "/odom",                ///< poses and /tf
-      radar = "/radar",                  ///< radar frames
-      imu = "/imu";                      ///< gyro or unit
-  std::string truth = "/truth",          ///< true poses
-      magnetometer = "/magnetic_field";  ///< field of a unit
-  std::string map_frame = "map",         ///< of the truth
-      odom_frame = "odom",               ///< of the odometry
-      base_frame = "base_link";          ///< of the robot
-  std::string laser_frame = "laser",     ///< of the scans
-      radar_frame = "radar",             ///< of the radar
-      imu_frame = "imu";                 ///< of the unit
+  std::string scan = "/scan",                   ///< scans
+      odometry = "/odom",                       ///< poses and /tf
+      radar = "/radar",                         ///< radar frames
+      imu = "/imu";                             ///< gyro or unit
+  std::string truth = "/truth",                 ///< true poses
+      magnetometer = "/magnetic_field";         ///< field of a unit
+  std::string map_frame = "map",                ///< of the truth
+      odom_frame = "odom",                      ///< of the odometry
+      base_frame = "base_link";                 ///< of the robot
+  std::string laser_frame = "laser",            ///< of the scans
+      radar_frame = "radar",                    ///< of the radar
+      imu_frame = "imu";                        ///< of the unit
+  std::string joints = "/joint_states",         ///< of the wheels
+      description = "/robot_description";       ///< wheels and radar, URDF
+  std::string left_wheel = "left_wheel_joint",  ///< its joint
+      right_wheel = "right_wheel_joint";        ///< its joint
+  /// Of the joints' wheels: with a power of two, positions in radians are as exact as distances.
+  double wheel_radius_m = 0.03125;
 };
 
 /// Writes, in order of time: scans, odometry (with its transforms on /tf), radar frames (as
 /// wayfare_msgs/RadarScan), the gyro (as sensor_msgs/Imu without specific force), true poses (as
-/// geometry_msgs/PoseStamped) and the sensors' mounting (on /tf_static). `read_robot` restores them
-/// bit for bit. Rates and forces of a `unit` replace the recording's gyro on its topic; its
-/// magnetic field has a topic of its own. Wheels have no ROS message and are dropped. Errors: as of
+/// geometry_msgs/PoseStamped), wheels (as positions in sensor_msgs/JointState) and the sensors'
+/// mounting (on /tf_static); what is known of the wheels and the radar's largest speed as a robot
+/// description. `read_robot` restores them bit for bit, but distances of wheels only if their sums
+/// are exact, as those of encoder counts; else to the last bit of the distance rolled since the
+/// start, without accumulation. Rates and forces of a `unit` replace the recording's gyro on its
+/// topic; its magnetic field has a topic of its own. Errors: as of
 /// `RecordingWriter::write`; a time of zero, which means "not set" in ROS, or after 2038, where the
 /// stamps of ROS 2 end.
 [[nodiscard]] Result<void> write_robot(RecordingWriter& writer, const Recording& recording,

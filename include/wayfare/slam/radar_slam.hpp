@@ -289,9 +289,9 @@ struct RadarSlamRun {
   }
 };
 
-/// Runs the filter over `recording`, with wheels and gyro if it has them, else with its odometry.
-/// `sync` has the number of radar frames in a scan; the geometry is that of the recording. Returns
-/// an Error if no scan of the selected sensors could be used.
+/// Runs the filter over `recording`, with wheels and gyro if it has them, odometry and gyro or else
+/// odometry. `sync` has the number of radar frames in a scan; the geometry is that of the
+/// recording. Returns an Error if no scan of the selected sensors could be used.
 Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions options,
                                     SlamSensors sensors, const SlamProgress& progress = {},
                                     const DeadReckoningOptions& reckoning = {},

@@ -93,12 +93,15 @@ Result<void> Lanes::check_clocks(io::Problems& problems) {
 void Layout::listen(Lanes& lanes, const RecordingFile& file, io::Problems& problems) {
   for (const Topic& topic : file.topics())
     if (topic.type == TfMessage::kType.name || topic.type == "tf/tfMessage")
-      lanes.visit<TfMessage>(topic.name, [&](const TfMessage& m) { take(m, problems); });
+      lanes.visit<TfMessage>(topic.name,
+                             [this, &problems, is_static = topic.name.ends_with("tf_static")](
+                                 const TfMessage& m) { take(m, is_static, problems); });
 }
 
-void Layout::take(const TfMessage& message, io::Problems& problems) {
+void Layout::take(const TfMessage& message, bool is_static, io::Problems& problems) {
   for (const TransformStamped& t : message.transforms) {
     tree.add(t);
+    if (!truth_frames.empty()) chain.add(t, is_static, problems);
     take(t, problems);
   }
 }

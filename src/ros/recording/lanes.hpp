@@ -17,6 +17,8 @@
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording.hpp>
 
+#include "ros/recording/transform_chain.hpp"
+
 namespace wayfare::ros {
 
 /// The topic of `type` to read: `named`, which must exist, or else the only one; empty if there is
@@ -98,6 +100,7 @@ struct Layout {
   std::string odometry_child;                 ///< child of the odometry, else of these transforms
   std::vector<std::string> truth_frames;      ///< parent and child of the true poses, or none …
   Trajectory truth;                           ///< … and those, in the order of the messages
+  TransformChain chain;                       ///< with those frames, all transforms over time
 
   /// Adds all transforms while the file is read; errors in one are reported in `problems`.
   void listen(Lanes& lanes, const RecordingFile& file, io::Problems& problems);
@@ -105,7 +108,7 @@ struct Layout {
   [[nodiscard]] std::string base_frame(const TopicNames& names) const;
 
  private:
-  void take(const TfMessage& message, io::Problems& problems);
+  void take(const TfMessage& message, bool is_static, io::Problems& problems);
   void take(const TransformStamped& transform, io::Problems& problems);
 };
 

@@ -5,6 +5,7 @@
 
 #include "ros/recording/lanes.hpp"
 #include "ros/recording/truth.hpp"
+#include "ros/recording/wheels.hpp"
 
 namespace wayfare::ros {
 namespace {
@@ -182,10 +183,13 @@ Result<RobotRun> read_robot(const RecordingFile& file, const TopicNames& names) 
       },
       need_of(names.imu));
   add_truth(lanes, layout, file, topics->truth, names, run.recording.truth);
+  WheelReader wheels(file, names);
+  if (auto ok = wheels.listen(lanes, run.problems); !ok) return ok.error();
   layout.listen(lanes, file, run.problems);
   if (auto done = lanes.run(run.problems); !done) return done.error();
   if (auto done = finish_truth(layout, file, names, run.recording.truth, run.problems); !done)
     return done.error();
+  if (auto done = wheels.finish(run); !done) return done.error();
   if (topics->odometry.empty()) {
     run.recording.odometry = std::move(layout.by_transforms);
     std::stable_sort(run.recording.odometry.begin(), run.recording.odometry.end(),
@@ -196,6 +200,7 @@ Result<RobotRun> read_robot(const RecordingFile& file, const TopicNames& names) 
   const std::string base = layout.base_frame(names);
   if (auto done = mount_sensors(run, layout, base, frames); !done) return done.error();
   mount_unit(run, rates, layout, base, frames.unit.value_or(""));
+  compare_with_gyro(run.recording, run.wheel_topic, run.problems);
   return run;
 }
 

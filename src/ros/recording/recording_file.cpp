@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -10,6 +11,8 @@
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording.hpp>
+
+#include "ros/recording/description.hpp"
 
 namespace wayfare::ros {
 namespace {
@@ -110,6 +113,15 @@ struct RecordingWriter::Impl {
   std::map<std::string, Channel> channels;
 };
 
+namespace {
+
+/// Sent once, for all who come later: transforms that do not change, the robot description.
+bool is_latched(const std::string& topic, const MessageType& type) {
+  return topic == "/tf_static" || type.name == String::kType.name;
+}
+
+}  // namespace
+
 RecordingWriter::RecordingWriter(detail::Owned<Impl> impl) : impl_(std::move(impl)) {}
 
 Result<RecordingWriter> RecordingWriter::create(const std::string& path,
@@ -150,7 +162,7 @@ Result<void> RecordingWriter::add(const std::string& topic, const MessageType& t
   const std::string name(type.name);
   if (impl_->bag) {
     impl_->channels[topic] = {impl_->bag->add_connection({0, topic, name, std::string(type.md5),
-                                                          definition, topic == "/tf_static"}),
+                                                          definition, is_latched(topic, type)}),
                               name};
     return {};
   }
@@ -181,6 +193,20 @@ Result<void> RecordingWriter::close() {
 
 namespace {
 
+/// A sum rounded once, not with every term (Kahan).
+class Sum {
+ public:
+  double add(double term) {
+    const double corrected = term + rest_, before = total_;
+    total_ += corrected;
+    rest_ = corrected - (total_ - before);
+    return total_;
+  }
+
+ private:
+  double total_ = 0.0, rest_ = 0.0;
+};
+
 /// The streams of a recording as messages, earliest first.
 class RobotWriter {
  public:
@@ -198,10 +224,12 @@ class RobotWriter {
     const auto next_of = [](const auto& stream, std::size_t i) {
       return i < stream.size() ? &stream[i].time : nullptr;
     };
-    for (std::size_t odometry = 0, scan = 0, radar = 0, gyro = 0, truth = 0, unit = 0;;) {
+    for (std::size_t odometry = 0, scan = 0, radar = 0, gyro = 0, truth = 0, unit = 0, wheel = 0;
+         ;) {
       const LogTime* const times[] = {next_of(r.odometry, odometry), next_of(r.scans, scan),
                                       next_of(r.radar, radar),       next_of(gyro_, gyro),
-                                      next_of(r.truth, truth),       next_of(unit_.samples, unit)};
+                                      next_of(r.truth, truth),       next_of(unit_.samples, unit),
+                                      next_of(r.wheels, wheel)};
       const LogTime* next = nullptr;
       for (const LogTime* time : times)
         if (time != nullptr && (next == nullptr || *time < *next)) next = time;
@@ -217,7 +245,8 @@ class RobotWriter {
                : next == times[2] ? write(r.radar[radar++], topics_.radar, topics_.radar_frame)
                : next == times[3] ? write(gyro_[gyro++], topics_.imu, topics_.imu_frame)
                : next == times[4] ? write(r.truth[truth++], topics_.truth, topics_.map_frame)
-                                  : write(unit_.samples[unit++]);
+               : next == times[5] ? write(unit_.samples[unit++])
+                                  : write(r.wheels[wheel++]);
       if (!done) return done;
     }
   }
@@ -236,7 +265,20 @@ class RobotWriter {
     if (!recording_.scans.empty()) add(recording_.T_base_laser.raw(), topics_.laser_frame);
     if (!recording_.radar.empty()) add(recording_.T_base_radar.raw(), topics_.radar_frame);
     if (!gyro_.empty() || !unit_.samples.empty()) add(unit_.T_base_unit, topics_.imu_frame);
-    return writer_.write("/tf_static", time, message);
+    auto done = writer_.write("/tf_static", time, message);
+    const std::string description = urdf_of(recording_, topics_);
+    if (!done || description.empty()) return done;
+    return writer_.write(topics_.description, time, String{description});
+  }
+  /// Positions are sums of the distances, rounded once.
+  Result<void> write(const WheelSample& sample) {
+    if (!std::isfinite(sample.left_m) || !std::isfinite(sample.right_m)) return {};
+    JointState message;
+    message.header = header_of(sample.time, "");
+    message.name = {topics_.left_wheel, topics_.right_wheel};
+    message.position = {left_m_.add(sample.left_m) / topics_.wheel_radius_m,
+                        right_m_.add(sample.right_m) / topics_.wheel_radius_m};
+    return writer_.write(topics_.joints, sample.time, message);
   }
   Result<void> write(const OdometrySample& sample) {
     const SE2d pose = sample.T_odom_base.raw();
@@ -265,6 +307,7 @@ class RobotWriter {
   const RobotTopics& topics_;
   const UnitRun& unit_;
   std::span<const GyroSample> gyro_;
+  Sum left_m_, right_m_;
   bool mounted_ = false;
 };
 

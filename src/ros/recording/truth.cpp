@@ -50,11 +50,11 @@ Result<void> finish_truth(Layout& layout, const RecordingFile& file, const Topic
                           Trajectory& truth, io::Problems& problems) {
   if (!names.truth_frames.empty()) {
     truth = std::exchange(layout.truth, {});
-    if (truth.empty())
-      return Error{ErrorCode::not_found,
-                   "has no transform from '" + names.truth_frames[0] + "' to '" +
-                       names.truth_frames[1] + "'",
-                   file.path()};
+    if (truth.empty()) {
+      auto composed = layout.chain.poses(names.truth_frames[0], names.truth_frames[1]);
+      if (!composed) return Error{composed.error().code, composed.error().message, file.path()};
+      truth = *std::move(composed);
+    }
     std::stable_sort(truth.begin(), truth.end(),
                      [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
   }

@@ -1,0 +1,48 @@
+#include "on_log.hpp"
+
+namespace wayfare::examples {
+
+CorridorInsOptions corridor_options_for_logs(bool has_gyro) {
+  CorridorInsOptions o;
+  o.walls.range_noise_m = 0.015;
+  o.walls.flatness_m = 0.01;
+  o.walls.split_m = 0.05;
+  o.square_sigma_rad = 0.01;
+  o.wall_offset_sigma_m = 0.02;
+  o.wall_direction_sigma_rad = 0.01;
+  o.noise.slip_m_per_sqrt_m = 0.02;
+  o.noise.acceleration_sigma_m_s2 = 1e-6;
+  o.start_scale = 0.03;
+  o.start_bias_rad_s = 0.06;
+  o.start_drift_rad_s2 = has_gyro ? 6e-6 : 1e-9;
+  o.greatest_acceleration_m_s2 = 20.0;  // the times of odometry are not exact
+  o.rest_calibrates = has_gyro;         // odometry at rest has zero yaw rate
+  if (!has_gyro) {
+    o.noise.angle_random_walk_rad_per_sqrt_s = 0.01;
+    o.noise.bias_sigma_rad_s = 1e-5;
+    o.gyro_range_rad_s = 20.0;
+    o.turn_error = 0.1;
+  }
+  return o;
+}
+
+CorridorInsOptions corridor_options_of(const Recording& r) {
+  const bool moves = !r.wheels.empty() || !r.odometry.empty();
+  CorridorInsOptions o = corridor_options_for_logs(!r.gyro.empty() && moves);
+  o.T_base_laser = r.T_base_laser;
+  return o;
+}
+
+Result<CorridorRun> run_corridor_passes(const Recording& recording,
+                                        std::span<const MotionSample> motion,
+                                        CorridorInsOptions options, int passes,
+                                        const std::function<void(double)>& progress) {
+  for (int pass = 0;; ++pass) {
+    auto run = run_corridor_ins(recording, motion, options, {},
+                                [&](double fraction) { progress((pass + fraction) / passes); });
+    if (!run || pass + 1 >= passes) return run;
+    options.start_bias_value_rad_s = run->epochs.back().gyro_bias.value;
+  }
+}
+
+}  // namespace wayfare::examples

@@ -1,0 +1,21 @@
+# cmake -DPROGRAM=p -DARGUMENTS="a;b" -DLOG=f -DOTHER=g -DOUT=folder -P same_errors.cmake
+# Runs a program on two files of the same run; fails unless its tables of errors are the same.
+cmake_minimum_required(VERSION 3.22)
+function(errors_of log folder result)
+  execute_process(COMMAND "${PROGRAM}" "${log}" ${ARGUMENTS} --out "${OUT}/${folder}" --quiet --force
+                  RESULT_VARIABLE code ERROR_VARIABLE errors)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "${log}: exit code ${code}\n${errors}")
+  endif()
+  file(READ "${OUT}/${folder}/report.html" report)
+  string(REGEX MATCHALL "<tr>[^\n]*(same start|aligned)[^\n]*" rows "${report}")
+  set(${result} "${rows}" PARENT_SCOPE)
+endfunction()
+errors_of("${LOG}" log first)
+errors_of("${OTHER}" other second)
+if(first STREQUAL "")
+  message(FATAL_ERROR "${OUT}/log/report.html has no errors")
+endif()
+if(NOT first STREQUAL second)
+  message(FATAL_ERROR "${LOG}:\n${first}\n${OTHER}:\n${second}")
+endif()
