@@ -141,7 +141,7 @@ TEST(Plot, APictureLiesBelowTheCurvesInTheUnitsOfTheAxes) {
 
 TEST(Plot, FinePointsAreDotsWithAThinPen) {
   const std::string svg = to_svg({"t", "x", "y", {{"s", {0, 10}, {0, 5}, Mark::fine_points}}});
-  EXPECT_NE(svg.find("s0 dots\" style=\"stroke-width:1.6\""), std::string::npos);
+  EXPECT_NE(svg.find("s0 dots\" style=\"stroke-width:2.2\""), std::string::npos);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "drives.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <wayfare/sim/worlds.hpp>
@@ -14,6 +15,7 @@ Result<SeedRuns> run_seed(std::uint64_t seed, const DriveOptions& o) {
   if (!recording) return recording.error();
   SyncParams sync = sync_params(*recording);
   sync.scans = o.frames;
+  sync.min_scans = std::min(sync.min_scans, o.frames);
   const auto steps = synchronise(*recording, sync);
   MatchingOptions options;
   options.window.half_x_m = options.window.half_y_m = o.window_m;

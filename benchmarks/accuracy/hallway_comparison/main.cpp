@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
       .show_default();
   app.add_option("--first-seed", o.first_seed, "of the first drive").show_default();
   app.add_option("--frames", o.drive.frames, "radar frames combined into one scan")
-      .range(3, 100)
+      .range(1, 100)
       .show_default();
   app.add_option("--window", o.drive.window_m, "half the width of the search window, m")
       .range(0.05, 2.0)

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "support/heat_map.hpp"
+
 namespace wayfare::examples {
 namespace {
 
@@ -23,21 +25,6 @@ struct Scores {
     return (surface.at({{x, y}, 0}) - worst) / range;
   }
 };
-
-// From dark blue over green to yellow, with increasing lightness.
-std::array<std::uint8_t, 3> colour(double value) {
-  constexpr std::array<std::array<double, 3>, 5> kStops{
-      {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
-  const double at = std::clamp(value, 0.0, 1.0) * 4.0;
-  const auto i = std::min<std::size_t>(3, static_cast<std::size_t>(at));
-  std::array<std::uint8_t, 3> rgb{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double v =
-        kStops[i][c] + (at - static_cast<double>(i)) * (kStops[i + 1][c] - kStops[i][c]);
-    rgb[c] = static_cast<std::uint8_t>(std::lround(v));
-  }
-  return rgb;
-}
 
 }  // namespace
 
@@ -59,7 +46,7 @@ io::Image surface_picture(const ScoreSurface& surface, double depth, int zoom) {
           std::clamp(static_cast<int>(std::lround(cell.y())), -surface.half_y, surface.half_y);
       const bool mark = std::abs(std::hypot(ahead, left) - 0.8) < 0.12;
       const auto rgb = mark ? std::array<std::uint8_t, 3>{255, 255, 255}
-                            : colour(1.0 - (1.0 - scores.relative(x, y)) / depth);
+                            : heat_colour(1.0 - (1.0 - scores.relative(x, y)) / depth);
       image.pixels.insert(image.pixels.end(), rgb.begin(), rgb.end());
     }
   }

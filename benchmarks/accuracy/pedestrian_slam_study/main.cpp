@@ -1,6 +1,7 @@
 // A walker with range finder and inertial unit on the head in simulated buildings: five methods of
 // localisation (after Sadruddin 2020, 5.2 and 5.3).
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -26,7 +27,7 @@ struct Arguments {
   bool quiet = false, each = false, hector = false, heading = false;
   double gyro_bias_deg = 0.05, sweep_ms = 0.0;
   bool no_deskew = false;
-  std::string folder;
+  std::string folder, plan, walk = "rectangle";
 };
 
 /// Calls `follow(walk, seed)` for every walk and seed, and `done(walk)` after each walk's last.
@@ -158,6 +159,14 @@ eval::Table heading_table(const Arguments& o, const std::vector<Walk>& walks) {
   return table;
 }
 
+/// The walk of --walk, and its plan if that is wanted.
+Result<void> write_chosen(const Arguments& o, const std::vector<Walk>& walks) {
+  const auto walk =
+      std::find_if(walks.begin(), walks.end(), [&](const Walk& w) { return w.name == o.walk; });
+  if (auto ok = write_walk(*walk, o.first, o.folder); !ok || o.plan.empty()) return ok;
+  return write_plan(walk->plan, o.plan);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -165,9 +174,16 @@ int main(int argc, char** argv) {
   Arguments o;
   app.add_option("--seeds", o.seeds, "walks per building").positive();
   app.add_option("--seed", o.first, "of the random numbers of the first walk");
-  app.add_option("--write", o.folder,
-                 "write scans and readings of the first rectangle to this folder, and exit")
-      .shown_as("DIR");
+  const Option write =
+      app.add_option("--write", o.folder,
+                     "write scans and readings of the first walk to this folder, and exit")
+          .shown_as("DIR");
+  app.add_option("--walk", o.walk, "of --write: its building")
+      .one_of({"rectangle", "eight", "corridors"})
+      .needs(write.name())
+      .show_default();
+  app.add_option("--write-plan", o.plan, "of --write: also the building's floor plan, to this file")
+      .needs(write.name());
   app.add_flag("--hector", o.hector, "only Hector SLAM, with and without its navigation filter");
   app.add_flag(
       "--heading", o.heading,
@@ -189,8 +205,7 @@ int main(int argc, char** argv) {
     walk.sweep = from_seconds(1e-3 * o.sweep_ms);
     walk.beams_have_times = !o.no_deskew;
   }
-  if (!o.folder.empty())
-    return exit_code("pedestrian_slam_study", write_walk(walks.front(), o.first, o.folder));
+  if (!o.folder.empty()) return exit_code("pedestrian_slam_study", write_chosen(o, walks));
   const eval::Table table = o.hector    ? hector_table(o, walks)
                             : o.heading ? heading_table(o, walks)
                                         : method_table(o, walks);

@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <system_error>
 
+#include <wayfare/eval/table.hpp>
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/nav_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 
 namespace wayfare::examples {
@@ -94,6 +96,17 @@ Result<void> write_walk(const Walk& walk, std::uint64_t seed, const std::string&
   std::filesystem::create_directories(folder, code);  // a failure shows in writing
   if (auto ok = io::write_carmen(folder + "/walk.log", recording, replace); !ok) return ok;
   return io::write_marg(folder + "/unit.csv", simulated.recorded.unit, replace);
+}
+
+Result<void> write_plan(const sim::FloorPlan& plan, const std::string& path) {
+  std::string text;
+  for (const sim::Segment& s : plan.segments()) {
+    text += "wall";
+    for (const double v : {s.a_m.x(), s.a_m.y(), s.b_m.x(), s.b_m.y()})
+      text += ' ' + eval::fixed(v, 3);
+    text += '\n';
+  }
+  return io::write_file(path, text, {io::Existing::replace});
 }
 
 }  // namespace wayfare::examples

@@ -43,4 +43,7 @@ struct SimulatedWalk {
 [[nodiscard]] Result<void> write_walk(const Walk& walk, std::uint64_t seed,
                                       const std::string& folder);
 
+/// Its walls as the text of a floor plan.
+[[nodiscard]] Result<void> write_plan(const sim::FloorPlan& plan, const std::string& path);
+
 }  // namespace wayfare::examples

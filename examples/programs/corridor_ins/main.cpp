@@ -28,7 +28,7 @@ struct Options : SlamArguments {
   int simulated = 0, passes = 4;
   double added_bias_deg_s = 0.0;
   std::vector<double> origin;
-  bool no_walls_across = false, rest = false;
+  bool no_walls_across = false, rest = false, wall_noise = false;
 };
 
 /// A recording with options and truth.
@@ -225,6 +225,7 @@ Result<void> run(const Options& o) {
   std::vector<std::string> files = {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png",
                                     "report.html"};
   if (o.simulated > 0) files.emplace_back("log.carmen");
+  if (o.wall_noise) files.emplace_back("walls.csv");
   if (auto ready = o.prepare(files); !ready) return ready;
   const auto job = make_job(o);
   if (!job) return job.error();
@@ -244,6 +245,13 @@ Result<void> run(const Options& o) {
     for (const CorridorEpoch& e : runs->aided.epochs)
       outputs.bias.push_back(true_bias_at(*job->drive, e.time) +
                              Angle::degrees(o.added_bias_deg_s).radians());
+  }
+  if (o.wall_noise) {
+    outputs.walls = wall_changes(job->recording, runs->aided, job->truth.poses, job->options.walls);
+    if (outputs.walls.empty())
+      return Error{ErrorCode::not_found, "no two scans in a row have walls", o.log};
+    const Facts noise = facts_of(outputs.walls);
+    outputs.facts.insert(outputs.facts.end(), noise.begin(), noise.end());
   }
   if (auto done = write_corridor_outputs(o, outputs); !done) return done;
   if (job->drive)
@@ -275,6 +283,9 @@ void add_options(CommandLine& app, Options& o) {
                  "passes over a log, each started with the bias of the last");
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls only");
   app.add_flag("--rest", o.rest, "estimate the bias from odometry at rest too");
+  app.add_flag("--wall-noise", o.wall_noise,
+               "also write walls.csv: changes of the walls' distance and angle from scan to scan, "
+               "m and deg, their errors with the true poses, and the angle by a second method");
   add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);

@@ -160,6 +160,8 @@ io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
   report.heading("Gyro bias").plot(bias_plot(o));
   report.heading("Walls in scans")
       .image(walls, "Eight scans, 20 m wide, ahead is up: side walls green, end wall red.");
+  for (const io::Plot& plot : o.walls.empty() ? std::vector<io::Plot>() : plots_of(o.walls))
+    report.plot(plot);
   if (!o.run.report.events.empty()) report.heading("Events").table(events_table(o));
   return report;
 }
@@ -179,6 +181,9 @@ Result<void> write_corridor_outputs(const OutputArguments& to, const CorridorOut
                       io::write_tum(to.path("trajectory.tum"), trajectory_of(o.run), to.write()),
                       io::write_tum(to.path("unaided.tum"), trajectory_of(o.unaided), to.write()),
                       io::write_png(to.path("walls.png"), walls, to.write()),
+                      o.walls.empty()
+                          ? Result<void>()
+                          : io::write_file(to.path("walls.csv"), to_csv(o.walls), to.write()),
                       to.write_report(report_of(o, walls))});
 }
 

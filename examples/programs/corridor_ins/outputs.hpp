@@ -11,6 +11,7 @@
 
 #include "support/program_files.hpp"
 #include "support/truth.hpp"
+#include "wall_noise.hpp"
 
 namespace wayfare::examples {
 
@@ -25,6 +26,7 @@ struct CorridorOutputs {
   std::vector<double> bias = {};         ///< true gyro bias of each epoch, rad/s; may be empty
   Facts facts = {};
   TitledTables tables = {};
+  std::vector<WallChange> walls = {};  ///< walls.csv and its plots, if there are any
 };
 
 /// The run's own tables, and errors with and without walls, if the truth is known.

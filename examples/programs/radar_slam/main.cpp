@@ -9,6 +9,7 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
+#include "config.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -17,8 +18,10 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Options : SlamArguments {
-  std::string relations, sensors;
+  std::string relations, sensors, config_file;
   std::size_t particles = 0;
+  bool draw_scans = false;
+  RadarSlamConfig config;
 };
 
 struct Inputs {
@@ -54,13 +57,28 @@ Result<Inputs> read_inputs(const Options& o) {
 }
 
 Result<Timed<RadarSlamRun>> run_filter(const Inputs& inputs, const Options& o) {
-  RadarSlamOptions options;
+  RadarSlamOptions options = o.config.slam;
   options.threads = o.threads;
   options.seed = o.seed;
-  options.particles = o.particles > 0 ? o.particles : particles_of(inputs.sensors);
+  if (o.particles > 0) options.particles = o.particles;
+  if (options.particles == 0) options.particles = particles_of(inputs.sensors);
   return run_timed("particle filter", o.quiet, [&](ProgressLine& progress) {
-    return run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress));
+    return run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress),
+                          o.config.reckoning, o.config.sync);
   });
+}
+
+/// All options of --config with their defaults; the number of particles with LiDAR.
+std::string config_text() {
+  RadarSlamConfig defaults;
+  return option_fields_text(fields(defaults));
+}
+
+std::string matches_text(const RbpfStatistics& s, const RadarSlamOptions& options) {
+  std::string text =
+      std::to_string(s.matches) + ", " + std::to_string(s.matches_refused) + " refused";
+  if (has_gate(options)) text += ", " + std::to_string(s.matches_gated) + " rejected by the gate";
+  return text;
 }
 
 eval::Table particles_table(const RadarSlamRun& slam) {
@@ -74,13 +92,13 @@ eval::Table particles_table(const RadarSlamRun& slam) {
   return table;
 }
 
-SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed<RadarSlamRun>& run,
+SlamOutputs outputs_of(const Options& o, const Inputs& inputs, const Timed<RadarSlamRun>& run,
                        const PoseGraph2& no_graph) {
   const RadarSlamRun& slam = run.slam;
   const double recording_s = to_seconds(slam.trajectory.back().time - slam.trajectory.front().time);
   const RbpfStatistics& s = slam.statistics;
   SlamOutputs outputs{
-      "Particle filter SLAM of " + log,
+      "Particle filter SLAM of " + o.log,
       inputs.recording,
       slam.trajectory,
       slam.map(),
@@ -89,8 +107,7 @@ SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed
       {{"particles", std::to_string(slam.particles.size())},
        {"scans", std::to_string(s.scans) + ", " + std::to_string(s.updates) + " used, " +
                      std::to_string(s.without_points) + " with too few points"},
-       {"matches",
-        std::to_string(s.matches) + ", " + std::to_string(s.matches_refused) + " refused"},
+       {"matches", matches_text(s, o.config.slam)},
        {"resampled", std::to_string(s.resampled) + " times"},
        {"recording", eval::fixed(recording_s, 1) + " s"},
        {"took", speed(run.took_s, recording_s, 2)}},
@@ -99,6 +116,8 @@ SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed
     outputs.facts.emplace_back("fault", f.what + " from " + eval::fixed(f.from.seconds(), 1) +
                                             " to " + eval::fixed(f.until.seconds(), 1) + " s");
   if (slam.lidar_map.bounds() && slam.radar_map.bounds()) outputs.radar_map = &slam.radar_map;
+  outputs.particle_paths = slam.paths;
+  outputs.draw_scans = o.draw_scans;
   if (!inputs.relations.empty())
     outputs.tables.emplace_back("Error over relations",
                                 eval::relations_table("particle filter", inputs.recording,
@@ -106,16 +125,18 @@ SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed
   return outputs;
 }
 
-Result<void> run(const Options& o) {
+Result<void> run(Options o) {
+  if (auto ok = read_config(o.config_file, o.config); !ok) return ok;
   const auto inputs = read_inputs(o);
   if (!inputs) return inputs.error();
-  if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
+  const auto more = picture_files(o.config.slam.keep_paths, o.draw_scans);
+  if (auto ready = prepare_folder(o.out, o.write(), more); !ready) return ready;
   if (auto ready = o.prepare_json(); !ready) return ready;
   const auto run = run_filter(*inputs, o);
   if (!run) return run.error();
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const PoseGraph2 no_graph;
-  SlamOutputs outputs = outputs_of(o.log, *inputs, *run, no_graph);
+  SlamOutputs outputs = outputs_of(o, *inputs, *run, no_graph);
   if (!o.quiet)
     std::printf("%s%s", to_text(outputs.facts).c_str(), to_text(tables_of(outputs)).c_str());
   outputs.tables.emplace_back("Particles at the end", particles_table(run->slam));
@@ -136,6 +157,7 @@ int main(int argc, char** argv) {
       "map.yaml, map.png and report.html; with both sensors also radar_map.pgm and radar_map.yaml, "
       "for localise.");
   Options o;
+  o.config.slam.particles = 0;
   app.add_file("LOG", o.log, "the recorded log").required();
   add_out(app, o);
   app.add_option("--sensors", o.sensors, "radar, lidar or both; by default those of the log")
@@ -146,6 +168,18 @@ int main(int argc, char** argv) {
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
   add_threads(app, o.threads);
   add_seed(app, o, kSeedHelp);
+  app.add_file(
+      "--config", o.config_file,
+      "JSON file of options, such as {\"radar_frames\": 40, \"radar_gate_lateral_m\": 0.1}; "
+      "see --print-config. Gates reject matches farther from the motion than this to the "
+      "side or in heading; at 1000 m and 180 deg, the defaults, never");
+  app.add_print("--print-config", config_text,
+                "print all options of --config with their defaults, and exit");
+  app.add_flag(
+      "--paths", o.config.slam.keep_paths,
+      "also write the paths of all particles: particles.csv, particles.svg, and in the report");
+  app.add_flag("--scans", o.draw_scans,
+               "also draw the LiDAR and radar points along the path: scans.svg, and in the report");
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
   add_json(app, o);

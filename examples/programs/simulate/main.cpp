@@ -1,6 +1,5 @@
 // Simulates a robot's run through a floor plan and writes its log.
 
-#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -8,12 +7,12 @@
 
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>
 
+#include "support/plans.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 
@@ -99,31 +98,6 @@ void complete(Options& o) {
   o.robot.heading = o.use_gyro ? sim::HeadingSource::gyro : sim::HeadingSource::wheels;
 }
 
-// Unknown cells are walls, so that rooms are closed.
-Result<sim::PlannedRoute> plan_of_map(const std::string& yaml_path) {
-  const auto map = io::read_map(yaml_path);
-  if (!map) return map.error();
-  sim::CellMask mask{
-      static_cast<int>(map->width), static_cast<int>(map->height), map->resolution_m, {}};
-  for (std::size_t row = map->height; row-- > 0;) {
-    for (std::size_t column = 0; column < map->width; ++column) {
-      const float occupancy = map->occupancy[row * map->width + column];
-      mask.solid.push_back(occupancy < 0.5F ? 0 : 1);  // NaN is unknown: 1
-    }
-  }
-  auto plan = sim::FloorPlan::from_cells(mask);
-  if (!plan) return Error{plan.error().code, plan.error().message, yaml_path};
-  return sim::PlannedRoute{std::move(plan).value(), {}};
-}
-
-Result<sim::PlannedRoute> read_any_plan(const std::string& path) {
-  if (path.empty()) return sim::read_plan(sim::demo_building(), "the built-in building");
-  if (path.ends_with(".yaml")) return plan_of_map(path);
-  const auto text = io::read_file(path);
-  if (!text) return text.error();
-  return sim::read_plan(text->bytes, path);
-}
-
 Result<sim::PlannedRoute> load_plan(const Options& o) {
   auto planned = read_any_plan(o.plan);
   if (!planned) return planned;
@@ -134,11 +108,6 @@ Result<sim::PlannedRoute> load_plan(const Options& o) {
       ErrorCode::invalid,
       "a route is needed: a 'route' line with at least two points, or --waypoint X Y twice",
       o.plan};
-}
-
-bool is_world(const std::string& name) {
-  const auto names = sim::world_names();
-  return std::any_of(names.begin(), names.end(), [&](const auto& w) { return w.name == name; });
 }
 
 std::string footer() {

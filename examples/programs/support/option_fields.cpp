@@ -18,6 +18,10 @@ OptionField option_field(const char* name, int& value) {
   return {name, [&](double v) { value = static_cast<int>(v); },
           [&] { return static_cast<double>(value); }, true};
 }
+OptionField option_field(const char* name, std::size_t& value) {
+  return {name, [&](double v) { value = static_cast<std::size_t>(v); },
+          [&] { return static_cast<double>(value); }, true};
+}
 OptionField option_field(const char* name, Angle& value) {
   return {name, [&](double v) { value = Angle::degrees(v); },
           [&] { return std::round(value.degrees() * 1e6) / 1e6; }};
@@ -38,6 +42,7 @@ Result<void> read_option_fields(const std::string& path, const std::vector<Optio
     const double number = value.is_number() ? value.get<double>() : std::nan("");
     if (!(number > 0.0 && number < 1e6))
       return error("option '" + key + "' must be a positive number");
+    if (match->whole && number < 1.0) return error("option '" + key + "' must be at least 1");
     match->set(number);
   }
   return {};

@@ -2,6 +2,7 @@
 
 // Options of programs in JSON files.
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct OptionField {
 
 [[nodiscard]] OptionField option_field(const char* name, double& value);
 [[nodiscard]] OptionField option_field(const char* name, int& value);
+[[nodiscard]] OptionField option_field(const char* name, std::size_t& value);
 [[nodiscard]] OptionField option_field(const char* name, Angle& value);
 
 /// Sets the options that the JSON object in the file names. Errors: not JSON, an unknown key, a

@@ -9,8 +9,11 @@
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/report.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
+
+#include "scan_points.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -41,6 +44,48 @@ io::Plot paths_plot(const SlamOutputs& run, const std::vector<eval::Evaluated>& 
     plot.series.push_back(io::path_series(other.name, other.trajectory));
   if (!errors.empty()) plot.series.push_back(truth_series(run.truth, errors.back().errors));
   return plot;
+}
+
+/// Those of all particles below the others, on the map.
+io::Plot particles_plot(const SlamOutputs& run, const std::vector<eval::Evaluated>& errors,
+                        const io::GridImage& grid) {
+  io::Plot plot = paths_plot(run, errors);
+  plot.title = "Paths of all particles";
+  constexpr double kBreak = std::numeric_limits<double>::quiet_NaN();
+  io::Series all{"particles", {}, {}};
+  for (const Trajectory& path : run.particle_paths) {
+    for (const Eigen::Vector2d& p : points_of(path)) all.add(p.x(), p.y());
+    all.add(kBreak, kBreak);
+  }
+  plot.series.insert(plot.series.begin(), std::move(all));
+  plot.image = io::plot_image(grid);
+  return plot;
+}
+
+/// LiDAR and radar points along the path, on the map.
+io::Plot scans_plot(const SlamOutputs& run, const io::GridImage& grid) {
+  const ScanPoints points = place_scans(run.recording, run.trajectory, {});
+  io::Plot plot = io::top_view("Scans along the path");
+  const double spacing_m =
+      grid.resolution_m * static_cast<double>(std::max(grid.width, grid.height)) / 1000.0;
+  plot.series = {points_series("LiDAR", points.lidar_m, spacing_m),
+                 points_series("radar", points.radar_m, spacing_m),
+                 io::path_series("SLAM", run.trajectory)};
+  plot.image = io::plot_image(grid);
+  return plot;
+}
+
+std::string particles_text(const std::vector<Trajectory>& paths) {
+  std::string text = "particle,time_s,x_m,y_m,heading_deg\n";
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    for (const StampedPose& p : paths[i]) {
+      const SE2d& pose = p.T_map_base.raw();
+      text += std::to_string(i + 1) + ',' + eval::fixed(p.time.seconds(), 6) + ',' +
+              eval::fixed(pose.x(), 4) + ',' + eval::fixed(pose.y(), 4) + ',' +
+              eval::fixed(pose.heading().degrees(), 4) + '\n';
+    }
+  }
+  return text;
 }
 
 /// Lengths and ends of SLAM's path and of others.
@@ -84,6 +129,8 @@ io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
                                   ? "The map and the robot's path."
                                   : "The map, the robot's path and, in green, the true path.");
   report.heading("Trajectories").plot(paths_plot(run, errors));
+  if (!run.particle_paths.empty()) report.plot(particles_plot(run, errors, grid));
+  if (run.draw_scans) report.plot(scans_plot(run, grid));
   std::reverse(errors.begin(), errors.end());  // SLAM first, as in the other plots
   for (const io::Plot& plot : distance_plots(run.truth, errors)) report.plot(plot);
   if (!run.graph.poses.empty()) report.heading("Pose graph").plot(graph_plot(run.graph));
@@ -100,6 +147,13 @@ Result<void> prepare_folder(const std::string& folder, const io::WriteOptions& o
   std::vector<std::string> names(kNames.begin(), kNames.end());
   names.insert(names.end(), more.begin(), more.end());
   return prepare_files(folder, names, options);
+}
+
+std::vector<std::string> picture_files(bool particle_paths, bool scans) {
+  std::vector<std::string> files;
+  if (particle_paths) files.insert(files.end(), {"particles.csv", "particles.svg"});
+  if (scans) files.emplace_back("scans.svg");
+  return files;
 }
 
 std::vector<Eigen::Vector2d> points_of(const Trajectory& trajectory) {
@@ -133,7 +187,7 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
                                        const io::WriteOptions& options, const std::string& json) {
   const fs::path folder(folder_name);
   const OutputArguments to{folder_name, json, options.existing == io::Existing::replace};
-  std::vector<std::string> others;
+  std::vector<std::string> others = picture_files(!run.particle_paths.empty(), run.draw_scans);
   for (const OtherEstimate& other : run.others) others.push_back(other.file);
   if (auto ready = prepare_folder(folder_name, options, others); !ready) return ready.error();
   const auto path = [&](const char* name) { return (folder / name).string(); };
@@ -155,6 +209,18 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
                                : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
        to.write_report(report_of(run, grid))});
   if (!done) return done.error();
+  const auto write = [&](const char* name, const std::string& text) {
+    return io::write_file(path(name), text, options);
+  };
+  if (!run.particle_paths.empty()) {
+    const io::Plot plot = particles_plot(run, trajectory_errors(run), grid);
+    const auto drawn = first_error({write("particles.csv", particles_text(run.particle_paths)),
+                                    write("particles.svg", io::to_svg_document(plot))});
+    if (!drawn) return drawn.error();
+  }
+  if (run.draw_scans)
+    if (auto ok = write("scans.svg", io::to_svg_document(scans_plot(run, grid))); !ok)
+      return ok.error();
   for (const OtherEstimate& other : run.others)
     if (auto ok = io::write_tum(path(other.file.c_str()), other.trajectory, options); !ok)
       return ok.error();

@@ -36,10 +36,15 @@ struct SlamOutputs {
   const PoseGraph2& graph;
   const Truth& truth;  ///< may be unknown
   Facts facts = {};
-  TitledTables tables = {};                  ///< shown after the errors
-  const OccupancyGrid* radar_map = nullptr;  ///< if it is not `map`
-  std::vector<OtherEstimate> others = {};    ///< written, and shown beside SLAM's
+  TitledTables tables = {};                     ///< shown after the errors
+  const OccupancyGrid* radar_map = nullptr;     ///< if it is not `map`
+  std::vector<OtherEstimate> others = {};       ///< written, and shown beside SLAM's
+  std::vector<Trajectory> particle_paths = {};  ///< drawn and written if there are any
+  bool draw_scans = false;                      ///< the points of all scans along the path
 };
+
+/// The files of `particle_paths` and of `draw_scans`.
+[[nodiscard]] std::vector<std::string> picture_files(bool particle_paths, bool scans);
 
 /// Errors of odometry, if the recording has it, started at the first pose, of other estimates and,
 /// last, of SLAM; empty without truth.
@@ -58,10 +63,10 @@ struct SlamOutputs {
                                           const io::WriteOptions& options = {},
                                           const std::vector<std::string>& more = {});
 
-/// Prepares `folder` and writes trajectory.tum, those of `others`, map.pgm, map.yaml, map.png,
-/// graph.g2o and report.html, and the report as JSON to the file `json`, if named
-/// (OutputArguments); returns the report's path. With `Existing::refuse` nothing is written if one
-/// of them exists.
+/// Prepares `folder` and writes trajectory.tum, those of `others`, picture_files(), map.pgm,
+/// map.yaml, map.png, graph.g2o and report.html, and the report as JSON to the file `json`, if
+/// named (OutputArguments); returns the report's path. With `Existing::refuse` nothing is written
+/// if one of them exists.
 [[nodiscard]] Result<std::string> write_slam_outputs(const std::string& folder,
                                                      const SlamOutputs& run,
                                                      const io::WriteOptions& options = {},

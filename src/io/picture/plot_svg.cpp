@@ -192,7 +192,7 @@ void append_pixels(std::string& out, const std::vector<Pixel>& piece, Mark mark)
 
 void append_series(std::string& out, const Frame& frame, const Series& series, std::size_t index) {
   out += "<path class=\"" + curve_class(series.mark, index);
-  if (series.mark == Mark::fine_points) out += "\" style=\"stroke-width:1.6";
+  if (series.mark == Mark::fine_points) out += "\" style=\"stroke-width:2.2";
   out += "\" d=\"";
   std::vector<Pixel> piece;
   for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {

@@ -1,0 +1,24 @@
+#pragma once
+
+// Floor plans that programs read.
+
+#include <cstdint>
+#include <string>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/sim/floor_plan.hpp>
+
+namespace wayfare::examples {
+
+/// A plan as text, or the .yaml file of a map picture, whose unknown cells are walls so that rooms
+/// are closed; the built-in building for an empty path.
+[[nodiscard]] Result<sim::PlannedRoute> read_any_plan(const std::string& path);
+
+/// Whether it is the name of a simulated world.
+[[nodiscard]] bool is_world(const std::string& name);
+
+/// The walls of a world, made with this seed, or of a plan, in its own frame.
+[[nodiscard]] Result<sim::FloorPlan> read_walls(const std::string& world_or_path,
+                                                std::uint64_t seed);
+
+}  // namespace wayfare::examples
