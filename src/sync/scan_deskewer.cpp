@@ -17,19 +17,29 @@ std::optional<double> turned(std::span<const GyroSample> gyro, LogTime from, Log
 
 }  // namespace
 
-std::optional<SE2d> OdometryMotion::operator()(LogTime time) const {
+std::optional<SE2d> OdometryMotion::base_at(LogTime time) const {
   const auto after =
       std::lower_bound(samples_.begin(), samples_.end(), time,
                        [](const OdometrySample& s, LogTime t) { return s.time < t; });
   if (after == samples_.end()) return std::nullopt;
-  if (after->time == time) return after->T_odom_base.raw() * T_base_laser_;
+  if (after->time == time) return after->T_odom_base.raw();
   if (after == samples_.begin()) return std::nullopt;
   const OdometrySample& before = *(after - 1);
   const double gap_s = to_seconds(after->time - before.time);
   const double since_s = to_seconds(time - before.time);
   if (!(gap_s < kLongestGap_s) || !(since_s >= 0.0)) return std::nullopt;
-  return interpolate(before.T_odom_base.raw(), after->T_odom_base.raw(), since_s / gap_s) *
-         T_base_laser_;
+  return interpolate(before.T_odom_base.raw(), after->T_odom_base.raw(), since_s / gap_s);
+}
+
+std::optional<SE2d> OdometryMotion::operator()(LogTime time) const {
+  const auto base = base_at(time);
+  if (!base) return std::nullopt;
+  if (gyro_.empty()) return *base * T_base_laser_;
+  const auto then = base_at(at_);
+  const auto turn = turned(gyro_, at_, time);
+  if (!then || !turn) return std::nullopt;
+  const SO2d heading = then->rotation() * SO2d(Angle::radians(*turn));
+  return SE2d(base->translation(), heading) * T_base_laser_;
 }
 
 std::optional<SE2d> VelocityMotion::operator()(LogTime time) const {
@@ -47,6 +57,9 @@ Result<const LaserScan*> ScanDeskewer::operator()(const LaserScan& scan,
                                                   std::span<const GyroSample> gyro) {
   if (!scan.is_sweep()) return &scan;
   if (auto ok = detail::check_sweep(scan); !ok) return ok.error();
+  if (!gyro.empty() &&
+      deskew(scan, OdometryMotion(odometry, T_base_laser_, scan.time, gyro), scan.time, instant_))
+    return &instant_;
   if (deskew(scan, OdometryMotion(odometry, T_base_laser_), scan.time, instant_)) return &instant_;
   const Eigen::Vector3d velocity = velocity_.value_or(Eigen::Vector3d::Zero());
   if (!gyro.empty() &&

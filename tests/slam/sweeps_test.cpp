@@ -39,7 +39,7 @@ sim::SimulatedRun drive(double sweep_s) {
   robot.lidar.sweep = from_seconds(sweep_s);
   robot.odometry_period = Duration(50'000'000);
   robot.scan_period = from_seconds(kPeriod_s);
-  sim::SimulatedRun run = simulate(office_plan("a b c d c b a"), robot, 1);
+  sim::SimulatedRun run = simulate(office_plan("a b c b a"), robot, 1);
   run.recording.gyro = run.gyro;
   run.recording.wheels = run.wheels;
   run.recording.wheel_base_m = robot.wheels.wheel_base_m;
@@ -112,7 +112,7 @@ TEST(Sweeps, OfTheParticleFilterAreUndone) {
 }
 
 TEST(Sweeps, OfLocalisationAreUndone) {
-  const sim::PlannedRoute planned_route = planned(office_plan("a b c d c b a"));
+  const sim::PlannedRoute planned_route = planned(office_plan("a b c b a"));
   const auto grid = sim::map_of_plan(planned_route.plan, planned_route.route_m.front());
   ASSERT_TRUE(grid);
   const auto map = LocalisationMap::make(*grid);

@@ -77,6 +77,21 @@ TEST(ScanDeskewer, UndoesASweepByOdometry) {
   expect_undone(**instant, 1e-6);
 }
 
+// Odometry whose heading is worth nothing, beside a gyro.
+TEST(ScanDeskewer, TurnsByTheGyroWhereThereIsOne) {
+  auto samples = odometry(-1, 1);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const SE2d& T = samples[i].T_odom_base.raw();
+    const Angle off = i % 2 == 0 ? 0.05_rad : -0.05_rad;
+    samples[i].T_odom_base =
+        Transform2<frame::Odom, frame::Base>(SE2d(T.translation(), T.rotation() * SO2d(off)));
+  }
+  ScanDeskewer deskewer(kMounting);
+  // The arc between samples of such headings is off by 1.3 mm in the middle (0.05 m · 0.1 rad / 4);
+  // the heading at the instant itself is off by up to 0.05 rad, along the 0.09 m to the ends.
+  expect_undone(**deskewer(sweep_of(kAt, kPoints), samples, gyro(-0.1, 0.1)), 0.008);
+}
+
 TEST(ScanDeskewer, UndoesASweepByTheGyroAndTheVelocityBetweenPoses) {
   for (const bool by_gyro : {true, false}) {
     ScanDeskewer deskewer(kMounting);

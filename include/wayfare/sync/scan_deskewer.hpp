@@ -20,19 +20,30 @@
 namespace wayfare {
 
 /// The laser's pose by odometry samples in order of time, along the constant twist between two;
-/// nothing outside them, and between samples half a second apart or more. A SweepMotion.
+/// nothing outside them, and between samples half a second apart or more. With a gyro the heading
+/// is that at `at` and its turn since then: slipping wheels move a robot well, and turn it badly;
+/// nothing then where the gyro is silent. A SweepMotion.
 class OdometryMotion {
  public:
   /// Refers to the samples.
   OdometryMotion(std::span<const OdometrySample> samples,
                  const Transform2<frame::Base, frame::Laser>& T_base_laser)
       : samples_(samples), T_base_laser_(T_base_laser.raw()) {}
+  /// With the gyro's turn since `at`.
+  OdometryMotion(std::span<const OdometrySample> samples,
+                 const Transform2<frame::Base, frame::Laser>& T_base_laser, LogTime at,
+                 std::span<const GyroSample> gyro)
+      : samples_(samples), T_base_laser_(T_base_laser.raw()), at_(at), gyro_(gyro) {}
   /// At `time`, by odometry.
   [[nodiscard]] std::optional<SE2d> operator()(LogTime time) const;
 
  private:
+  [[nodiscard]] std::optional<SE2d> base_at(LogTime time) const;
+
   std::span<const OdometrySample> samples_;
   SE2d T_base_laser_;
+  LogTime at_;
+  std::span<const GyroSample> gyro_;
 };
 
 /// The laser's pose on a base that is at the origin at `at`: moving with `velocity` (m/s and rad/s
