@@ -34,6 +34,7 @@ bad_file(monitor FILE --port 0)
 bad_file(outage_test --imu FILE --ranges FILE --truth FILE --out "${_x}_outages")
 bad_file(pedestrian_slam FILE --unit FILE --out "${_x}_pedestrian_slam")
 bad_file(range_slam_study FILE FILE FILE)
+bad_file(draw_scans FILE FILE --out "${_x}_draw_scans")
 bad_file(replay FILE --ptys "${_x}_lines")
 bad_file(simulate "${_nowhere}.plan" --out "${_x}.log" --voxels FILE --way FILE)
 bad_file(simulate_drive --config FILE --out "${_x}_drive")
@@ -59,7 +60,7 @@ endforeach()
 # No program is forgotten.
 set(_without_files corridor_study demo feet_study hallway_comparison ins_consistency lidar_driver_node
     localisation_table pedestrian_node pedestrian_slam_study radar_driver_node radar_slam_study
-    radar_statistics slam_node)
+    radar_statistics slam_node sweep_study)
 get_property(_all GLOBAL PROPERTY WAYFARE_PROGRAMS)
 get_property(_with_files GLOBAL PROPERTY WAYFARE_PROGRAMS_WITH_FILES)
 foreach(_program IN LISTS _all)

@@ -4,13 +4,11 @@
 cmake_minimum_required(VERSION 3.22)
 
 # Names that mean something else from program to program.
-set(different --add-bias --base-frame --baud --beams --calibration --config --each --factor --farthest
-    --first --first-seed --forward --frame --frames --from --from-s --gyro-bias --heading --height
-    --imu --imu-rate --kernel --length --max-range --method --min-range --no-heading
-    --no-magnetometer --no-odometry --nav --obs --out --outage --particles --period --port
-    --pressure-noise --pressure-drift --print-config --range --ranges --rate --runs --satellites
-    --seconds --seeds --sensors --simulated --speed --step --system --threads --truth --truth-columns
-    --way --world --write --wait --wait-s)
+set(different --base-frame --baud --beams --calibration --config --farthest --first --first-seed
+    --forward --frames --gyro-bias --heading --imu --imu-rate --kernel --max-range --min-range --nav
+    --no-magnetometer --no-odometry --obs --out --outage --particles --period --port
+    --pressure-drift --pressure-noise --print-config --rate --runs --satellites --seconds --seeds
+    --sensors --simulated --speed --start --system --truth --way --world --write)
 
 function(fail text)
   message(SEND_ERROR "${text}")
@@ -55,7 +53,7 @@ foreach(program IN LISTS PROGRAMS)
   # The options with their texts, on one line each.
   string(REGEX REPLACE "^.*\nOptions:\n" "" options "${help}")
   string(REGEX REPLACE "\n\n.*$" "\n" options "${options}")
-  string(REGEX REPLACE "\n   +" " " options "${options}")
+  string(REGEX REPLACE "\n   +" "  " options "${options}")
   string(REGEX REPLACE "[][;]" "," options "${options}")
   string(REGEX MATCHALL "  -[^\n]+" lines "${options}")
   foreach(line IN LISTS lines)
@@ -64,6 +62,7 @@ foreach(program IN LISTS PROGRAMS)
     # "--name VALUE  text": the text, up to its first , : ( or ;, is what programs share.
     string(REGEX REPLACE "^  (-h, )?--[^ ]+( [A-Z][A-Z.,]*| [^ ]+[|][^ ]+)* +" "" said "${line}")
     string(REGEX REPLACE "[,:(].*$" "" said "${said}")
+    string(REGEX REPLACE "  +" " " said "${said}")
     string(STRIP "${said}" said)
     if(option IN_LIST different)
       continue()

@@ -195,7 +195,7 @@ int main(int argc, char** argv) {
   Options o;
   app.add_option("--pattern", o.pattern, "1 straight, 2 curved").range(1, 2);
   app.add_option("--runs", o.runs, "drives, one per seed").range(1, 100000);
-  app.add_option("--seed", o.first_seed, "of the random numbers of the first drive");
+  app.add_option("--seed", o.first_seed, "of the random numbers, for the first drive");
   add_threads(app, o.threads);
   app.add_option("--doors", o.doors, "distance between doors along each wall, m; 0: none")
       .range(0.0, 1000.0);

@@ -27,7 +27,7 @@ struct Options : OutputArguments {
 
 void add_options(CommandLine& app, Options& o) {
   app.add_option("--runs", o.runs, "drives").range(1, 100000).show_default();
-  app.add_option("--seed", o.seed, "the same seed gives the same results").show_default();
+  app.add_option("--seed", o.seed, kSeedHelp).show_default();
   app.add_option("--satellites", o.satellites, "largest number of satellites").show_default();
   app.add_option("--rounds", o.rounds,
                  "instead of the drive of 310 s, rounds of five minutes (280 are a day; use "

@@ -173,7 +173,7 @@ int main(int argc, char** argv) {
   CommandLine app("Errors of five methods to localise a walker in simulated corridors.");
   Arguments o;
   app.add_option("--seeds", o.seeds, "walks per building").positive();
-  app.add_option("--seed", o.first, "of the random numbers of the first walk");
+  app.add_option("--seed", o.first, "of the random numbers, for the first walk");
   const Option write =
       app.add_option("--write", o.folder,
                      "write scans and readings of the first walk to this folder, and exit")

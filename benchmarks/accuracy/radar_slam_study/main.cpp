@@ -103,7 +103,7 @@ int main(int argc, char** argv) {
   app.add_option("WORLD", o.world, "corridor_loop, room or cluttered_room").required();
   app.add_option("--sensors", o.sensors, "radar, lidar, both").one_of({"radar", "lidar", "both"});
   app.add_option("--runs", o.runs, "runs, one per seed").range(1, 1000).show_default();
-  app.add_option("--seed", o.first_seed, "of the random numbers of the first run").show_default();
+  app.add_option("--seed", o.first_seed, "of the random numbers, for the first run").show_default();
   app.add_option("--particles", o.particles, "of the filter").range(1, 100000).show_default();
   add_threads(app, o.threads);
   app.example("room --sensors radar --runs 10", "ten seeds in one world");

@@ -239,7 +239,7 @@ int main(int argc, char** argv) {
   Options o;
   app.add_option("--captures", o.captures, "folder of recorded data ports (*.dat, *.dat.gz)")
       .shown_as("DIR");
-  app.add_option("--seed", o.seed, "of the random numbers of worlds and noise").show_default();
+  app.add_option("--seed", o.seed, "of the random numbers, for worlds and noise").show_default();
   app.add_option("--views", o.views, "simulated poses").range(1, 10000).show_default();
   app.add_option("--frames", o.frames, "at each pose").range(2, 10000).show_default();
   app.add_option("--min-range", o.min_range_m, "smallest range, m")

@@ -23,7 +23,7 @@ struct Arguments {
 };
 
 void add_options(examples::CommandLine& app, Arguments& a) {
-  app.add_option("--odom-frame", a.node.odom_frame, "origin of the odometry").show_default();
+  app.add_option("--odom-frame", a.node.odom_frame, "of the odometry: its origin").show_default();
   app.add_option("--base-frame", a.node.base_frame, "of the walker").show_default();
   app.add_choice<WalkingAxis>(
       "--axis", a.node.pedestrian.axis,

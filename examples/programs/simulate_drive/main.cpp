@@ -48,7 +48,7 @@ void add_options(CommandLine& app, Options& o) {
   app.add_option("--velocity-late", o.velocity_late_s,
                  "delay of the time stamps of the track's velocities, s")
       .show_default();
-  app.add_option("--seed", o.seed, "the same seed gives the same files").show_default();
+  app.add_option("--seed", o.seed, kSeedHelp).show_default();
   app.add_number("--start", o.start_s, 0.0, 4e9,
                  "of the built-in drive: seconds of GPS time since 1980-01-06");
   add_force_and_quiet(app, o);

@@ -302,7 +302,7 @@ void add_options(CommandLine& app, Options& o) {
   number("--mutation-sigma", o.genetic.mutation_sigma, 0.0, 1.0,
          "standard deviation of a mutation, part of the gene's range");
   count("--seed", o.genetic.seed, 0,
-        "of the random numbers of the first run, incremented for each further one");
+        "of the random numbers, for the first run; incremented for each further one");
   count("--span", o.spans.noise, 1, "largest factor between noise and its nominal value");
   count("--span-tau", o.spans.tau, 1, "the same for correlation times");
   count("--threads", o.fitness.threads, 1, kThreadsHelp);
