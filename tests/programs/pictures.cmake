@@ -17,7 +17,7 @@ program_test(draw_scans zero "LiDAR +[1-9][0-9]+ scans, [1-9][0-9]+ points\nrada
   FILES "${_drawn}/scans.svg;${_drawn}/report.html;${_drawn}/inverse_model.svg;${_drawn}/likelihood.svg"
   NEEDS ${_run} GIVES drawn)
 contains_test(draw_scans_has_its_layers "${_drawn}/scans.svg"
-  ">floor plan<.*>LiDAR<.*>radar<.*>path<.*>truth<.*<image [^\n]*data:image/png.*s0 line.*s1 dots.*s2 dots.*s3 line.*s4 dashed"
+  ">floor plan<.*>radar<.*>LiDAR<.*>path<.*>truth<.*<image [^\n]*data:image/png.*s0 line.*s1 dots.*s2 dots.*s3 line.*s4 dashed"
   NEEDS drawn ${_run})
 contains_test(draw_scans_has_sensor_models "${_drawn}/likelihood.svg"
   "distance from a wall.*LiDAR, particle filter.*radar, particle filter.*LiDAR, localisation"

@@ -93,8 +93,8 @@ io::Plot scene_plot(const Scene& scene) {
   const auto add_points = [&](const char* name, std::size_t i) {
     plot.series.push_back(points_series(name, points[i], spacing_m));
   };
-  add_points("LiDAR", 0);
   add_points("radar", 1);
+  add_points("LiDAR", 0);  // above the radar's points, which are wider
   plot.series.push_back(path_within("path", scene.path, scene.view, io::Mark::line));
   if (!scene.truth.empty())
     plot.series.push_back(path_within("truth", scene.truth, scene.view, io::Mark::dashed));

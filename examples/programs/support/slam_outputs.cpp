@@ -68,8 +68,8 @@ io::Plot scans_plot(const SlamOutputs& run, const io::GridImage& grid) {
   io::Plot plot = io::top_view("Scans along the path");
   const double spacing_m =
       grid.resolution_m * static_cast<double>(std::max(grid.width, grid.height)) / 1000.0;
-  plot.series = {points_series("LiDAR", points.lidar_m, spacing_m),
-                 points_series("radar", points.radar_m, spacing_m),
+  plot.series = {points_series("radar", points.radar_m, spacing_m),
+                 points_series("LiDAR", points.lidar_m, spacing_m),
                  io::path_series("SLAM", run.trajectory)};
   plot.image = io::plot_image(grid);
   return plot;
