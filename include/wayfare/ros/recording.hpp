@@ -81,9 +81,9 @@ struct WheelJoints {
   std::string topic;  ///< empty: the only one
   /// Of the left and the right wheel; empty: those of `RobotTopics`, if they are there.
   std::vector<std::string> names;
-  /// Radius of the wheels and distance between them, metres; none: by the robot description, URDF
-  /// as std_msgs/String.
-  std::optional<double> radius_m, base_m;
+  /// Radius of the wheels; none: by the robot description, URDF as std_msgs/String.
+  std::optional<double> radius_m;
+  std::optional<double> base_m;  ///< distance between the wheels; none: likewise
   double max_speed_mps = 10.0;  ///< of a wheel; faster is a jump of its position
 };
 
