@@ -28,10 +28,10 @@ heads && /^\/\// {
 }
 { heads = 0 }
 # What all ROS messages have.
-FILENAME ~ /\/ros\/messages[.]hpp$/ && /^  static constexpr MessageType kType/ {
+FILENAME ~ /\/ros\/message(s|_parts)[.]hpp$/ && /^  static constexpr MessageType kType/ {
   printf "/** Published name, MD5 sum and constants. */"
 }
-FILENAME ~ /\/ros\/messages[.]hpp$/ && /^  static void fields\(/ {
+FILENAME ~ /\/ros\/message(s|_parts)[.]hpp$/ && /^  static void fields\(/ {
   printf "/** Calls `a(name, field)` for each field, in the order of the definition. */"
 }
 { print }

@@ -3,6 +3,7 @@
 // ROS messages and recordings without ROS, and the engines of the nodes.
 
 #include <wayfare/ros/convert.hpp>
+#include <wayfare/ros/message_parts.hpp>
 #include <wayfare/ros/messages.hpp>
 #include <wayfare/ros/nodes.hpp>
 #include <wayfare/ros/recording.hpp>

@@ -37,109 +37,11 @@
 #include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/slam/detail/particle_matcher.hpp>
+#include <wayfare/slam/radar_slam_options.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/augmented_scans.hpp>
 
 namespace wayfare {
-
-/// Rejects false matches by their correction of the motion (Zhang 2020, 5.3.4): across the robot's
-/// heading and in heading. Unlike the largest correction it does not narrow the search, so that a
-/// false match is found and rejected rather than replaced by the best within the limits.
-struct MatchGate {
-  double lateral_m = 1000.0;           ///< by default never
-  Angle turn = Angle::degrees(180.0);  ///< by default never
-};
-
-/// Parameters of one sensor's scans.
-struct RbpfSensorOptions {
-  /// Clamped after a few scans, so that a wall survives later scans that conflict with it.
-  OccupancyGridOptions grid{.min_probability = 0.002, .max_probability = 0.999};
-  OccupancyFieldOptions field{};  ///< field of each particle's map, in which scans are matched
-  /// If given, scans are matched in the density of detections instead: for a sensor that frees no
-  /// cells. One detection counts as much as it did in mapping.
-  std::optional<DetectionViewOptions> density{};
-  /// Errors of a scan's points are correlated: effective number of points, against the motion and
-  /// in the weights; 0: all. Larger: more confidence in the matches, and earlier particle
-  /// depletion.
-  double independent_points = 60.0;
-  /// Scans with fewer points are not matched: the motion model's pose is kept.
-  std::size_t min_points = 10;
-  /// Agreement with the map in [0, 1] below which a match is rejected.
-  double min_score = 0.4;
-  /// Agreement below which a wide search follows, around the pose predicted from the best
-  /// particle's matches and within these limits, with half the confidence in the motion. Its match
-  /// must improve the log likelihood of scan and motion by `wide_margin_nats`. Zero metres: never.
-  double tracked_score = 0.65;
-  double wide_m = 0.8;                   ///< half width of the wide search
-  Angle wide_turn = Angle::degrees(50);  ///< half width of its headings
-  double wide_margin_nats = 5.0;         ///< least gain of a wide search
-  /// Larger corrections are rejected.
-  double max_correction_m = 1.2;
-  Angle max_turn_correction = Angle::degrees(60);  ///< of the heading
-  MatchGate gate{};  ///< rejects matches by their lateral and heading correction
-  /// Half width of the search window in standard deviations of the motion.
-  double search_sigmas = 3.0;
-  /// Farther points are not matched, m. Those of a radar are not mapped either: each detection, if
-  /// only of noise, takes memory where it is.
-  double max_range_m = 20.0;
-  /// Between neighbouring points, m.
-  double point_spacing_m = 0.1;
-  /// Travel and heading change since the sensor's last mapped scan after which a scan is added to
-  /// the maps. A map of walls extended by every scan accumulates the pose error of each.
-  double map_travel_m = 0.2;
-  Angle map_turn = Angle::degrees(8);  ///< heading change
-  /// Above this number of points, a match is searched with every second point, third, and so on,
-  /// and refined with all. Zero: always all.
-  std::size_t search_points = 60;
-};
-
-/// For few points, half of them ghosts or clutter, with bearing errors of a degree or two. Only
-/// static reflectors persist, so the map counts every scan taken after any motion.
-[[nodiscard]] inline RbpfSensorOptions radar_sensor_options() {
-  RbpfSensorOptions o;
-  o.grid = detection_map();
-  o.density = DetectionViewOptions{.max_detections = 30.0};
-  o.independent_points = 60.0;
-  o.min_points = 15;
-  o.min_score = 0.05;
-  o.wide_m = 0.0;
-  o.max_range_m = 60.0;
-  o.point_spacing_m = 0.0;
-  o.map_travel_m = 0.05;
-  o.search_points = 0;
-  return o;
-}
-
-/// Particles, sensors and updates of a RadarSlam.
-struct RadarSlamOptions {
-  std::size_t particles = 30;  ///< at least 1
-  std::uint64_t seed = 1;      ///< of all draws
-  int threads = 1;  ///< particles processed in parallel; any number gives the same result
-
-  Transform2<frame::Base, frame::Laser> T_base_laser{};  ///< mounting of the laser
-  RbpfSensorOptions lidar{};                             ///< of LiDAR scans
-  RbpfSensorOptions radar = radar_sensor_options();      ///< of augmented radar scans
-  /// Beams that graze a wall free it; a hit outweighs several of them.
-  InverseLidarModel lidar_model{.p_free = 0.4, .p_hit = 0.8};
-  /// Occupancy that a single radar detection gives its cell; no cell is freed, since radar sees
-  /// through objects. Small, because an augmented scan holds many frames of the same reflector: a
-  /// cell must be detected repeatedly before it counts.
-  double radar_hit_probability = 0.52;
-
-  /// Travel, heading change and time since the sensor's last update after which a scan updates the
-  /// filter; scans in between get the predicted pose.
-  double update_travel_m = 0.02;
-  Angle update_turn = Angle::degrees(0.5);  ///< heading change
-  double update_time_s = 5.0;               ///< longest time between updates
-  /// Match LiDAR scans in between to the best particle's map, which gives their poses and detects
-  /// motion that the motion model missed.
-  bool match_skipped = false;
-
-  /// Sampling of a particle's pose at its match.
-  PoseProposalOptions proposal{.samples = 500, .headings = 20, .divide_by_proposal = true};
-  double resample_below = 0.5;  ///< threshold of 1/Σw², as a share of the number of particles
-  bool keep_paths = false;      ///< the paths of all particles are part of a RadarSlamRun
-};
 
 /// The maps of one particle.
 struct RbpfMaps {
