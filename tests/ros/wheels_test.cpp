@@ -195,7 +195,8 @@ TEST_F(Wheels, ThatAreNotThereAreListed) {
 TEST_F(Wheels, NeedBothNames) {
   write_positions({0.0, 1.0}, {0.0, 1.0});
   names_.wheels.names = {"l", "right"};
-  EXPECT_THAT(why(), HasSubstr("/joint_states:1: name has 'l' without 'right'"));
+  EXPECT_THAT(why(),
+              HasSubstr("/joint_states:1: name has 'l' without 'right'; there is arm, r, l"));
 }
 
 TEST_F(Wheels, ThatAreNotNamedAreNotMissed) {

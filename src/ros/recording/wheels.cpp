@@ -16,6 +16,13 @@ std::string text_of(const char* format, Numbers... numbers) {
   return text.data();
 }
 
+template <class Names>
+std::string listed(const Names& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list.empty() ? "none" : list;
+}
+
 Result<void> check_positive(const std::optional<double>& value, const char* what) {
   if (!value || (*value > 0.0 && std::isfinite(*value))) return {};
   return Error{ErrorCode::invalid, text_of("must be a positive number of metres, not %g", *value),
@@ -83,7 +90,7 @@ Result<WheelReader::Reading> WheelReader::read(const JointState& m, LogTime time
   if (left == none || right == none)
     return Error{ErrorCode::invalid,
                  "has '" + (left == none ? right_ : left_) + "' without '" +
-                     (left == none ? left_ : right_) + "'",
+                     (left == none ? left_ : right_) + "'; there is " + listed(m.name),
                  "name"};
   if (m.position.empty() && m.velocity.empty())
     return Error{ErrorCode::invalid, "has neither positions nor velocities", "position"};
@@ -101,11 +108,8 @@ Result<WheelReader::Reading> WheelReader::read(const JointState& m, LogTime time
 }
 
 Error WheelReader::missing() const {
-  std::string there;
-  for (const std::string& joint : joints_) there += (there.empty() ? "" : ", ") + joint;
   const std::string& name = joints_.contains(left_) ? right_ : left_;
-  return {ErrorCode::not_found,
-          "has no wheel '" + name + "'; there is " + (there.empty() ? "none" : there), topic_};
+  return {ErrorCode::not_found, "has no wheel '" + name + "'; there is " + listed(joints_), topic_};
 }
 
 Result<RobotDescription> WheelReader::description() const {
