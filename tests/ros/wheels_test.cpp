@@ -219,18 +219,17 @@ TEST_F(Wheels, NeedSoundNumbers) {
   write_positions({0.0, 1.0}, {0.0, 1.0});
   ASSERT_TRUE(writer_.close());
   const auto file = ros::RecordingFile::open(path_);
-  const auto error = [&](const ros::WheelJoints& wheels) {
-    ros::TopicNames names;
-    names.wheels = wheels;
-    return why(ros::read_robot(*file, names));
+  const auto error = [&](double radius_m, double base_m, const std::string& right) {
+    names_.wheels.names = {"l", right};
+    names_.wheels.radius_m = radius_m, names_.wheels.base_m = base_m;
+    return why(ros::read_robot(*file, names_));
   };
   for (const double bad : {0.0, -0.1, kNan, std::numeric_limits<double>::infinity()}) {
-    EXPECT_THAT(error({.names = {"l", "r"}, .radius_m = bad, .base_m = 0.5}),
-                HasSubstr("wheel radius: must be a positive number of metres, not "));
-    EXPECT_THAT(error({.names = {"l", "r"}, .radius_m = 0.1, .base_m = bad}),
-                HasSubstr("wheel base: must be a positive number of metres, not "));
+    EXPECT_THAT(error(bad, 0.5, "r"), HasSubstr("wheel radius: must be a positive number of m"));
+    EXPECT_THAT(error(0.1, bad, "r"), HasSubstr("wheel base: must be a positive number of m"));
   }
-  EXPECT_THAT(error({.names = {"l", "l"}, .radius_m = 0.1}), HasSubstr("must be two joints"));
+  EXPECT_THAT(error(0.1, 0.5, "l"), HasSubstr("must be two joints"));
+  EXPECT_EQ(error(0.1, 0.5, "r"), "no error");
   names_.radar_max_speed_mps = kNan;
   EXPECT_THAT(why(ros::read_robot(*file, names_)), HasSubstr("positive speed"));
 }
