@@ -85,8 +85,6 @@ Errors errors_of(const Run& run) {
 void expect_undone(const Errors& errors) {
   EXPECT_LT(errors.undone_m, 1.3 * errors.instant_m + 0.005);
   EXPECT_GT(errors.as_they_are_m, errors.undone_m);
-  std::printf("%.4f m instantaneous, %.4f as they are, %.4f undone\n", errors.instant_m,
-              errors.as_they_are_m, errors.undone_m);
 }
 
 TEST(Sweeps, OfGraphSlamAreUndone) {

@@ -40,8 +40,8 @@ class PedestrianSlam {
   /// Adds a sample of the unit on the same body as the laser.
   MargUpdateStatus add(const MargSample& sample);
   /// A scan before the first attitude is taken as level. Where its beams have times of their own,
-  /// the sweep is undone by the attitude, and by the motion that dead reckoning or the two scans
-  /// before it give; add the samples up to `scan.end_time()` first. Errors as SubmapSlam::add_scan.
+  /// the sweep is undone by the attitude and the velocity, by the map or by the steps; add the
+  /// samples up to `scan.end_time()` first. Errors as SubmapSlam::add_scan.
   Result<ScanOutcome> add_scan(const LaserScan& scan);
   /// As SubmapSlam::finish.
   Result<void> finish() { return slam().finish(); }

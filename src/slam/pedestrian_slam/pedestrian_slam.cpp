@@ -146,15 +146,23 @@ class PedestrianSlam::Engine {
     return heading_ + rotation_since(pedestrian_.ahrs().heading_track().now(), time);
   }
 
-  /// Between the poses of the last two scans.
+  /// Between the poses of the last two scans, beside steps averaged over a few.
   void measure_velocity(LogTime time) {
+    constexpr double kGain = 0.5;
     const SE2d& T = slam_.local().T_local_base.raw();
-    by_map_mps_.setZero();
+    Eigen::Vector2d latest = Eigen::Vector2d::Zero();
     if (!dead_reckoning_.empty() && time > dead_reckoning_.back().time)
-      by_map_mps_ = T.rotation().inverse() *
-                    Eigen::Vector2d(T.translation() - T_local_last_.translation()) /
-                    to_seconds(time - dead_reckoning_.back().time);
+      latest = T.rotation().inverse() *
+               Eigen::Vector2d(T.translation() - T_local_last_.translation()) /
+               to_seconds(time - dead_reckoning_.back().time);
+    by_map_mps_ += (by_step_mps_ ? kGain : 1.0) * Eigen::Vector2d(latest - by_map_mps_);
     T_local_last_ = T;
+  }
+
+  /// Of the map where the latest match determined it: the direction of steps turns with glances.
+  [[nodiscard]] const Eigen::Vector2d& velocity_mps() const {
+    const bool by_map = slam_.local().matched && slam_.local().openness == 0.0;
+    return by_map || !by_step_mps_ ? by_map_mps_ : *by_step_mps_;
   }
 
   /// Gives the map's heading, free of gyro drift, to the attitude filter.
@@ -203,7 +211,7 @@ class PedestrianSlam::Engine {
   /// By the attitude during the sweep. False where it is not known during all of it.
   bool level_sweep(const LaserScan& scan) {
     const SO3d to_heading = SO3d::exp(Eigen::Vector3d(0, 0, -heading_at(scan.time)));
-    const Eigen::Vector2d velocity = by_step_mps_.value_or(by_map_mps_);
+    const Eigen::Vector2d& velocity = velocity_mps();
     const auto laser = [&](LogTime time) -> std::optional<SE3d> {
       const auto unit = attitude_(time);
       if (!unit) return std::nullopt;
