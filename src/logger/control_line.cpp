@@ -104,7 +104,8 @@ void ControlLine::poll(std::chrono::milliseconds timeout,
 }
 
 void ControlLine::send(std::string_view line) {
-  if (port_) {
+  // A slow line is still sending the last one: half a line would be of no use.
+  if (port_ && port_->unsent() == 0) {
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(line.data());
     if (!port_->write({bytes, line.size()})) port_.reset();
   }

@@ -1,6 +1,5 @@
 #include <wayfare/logger/device_decoder.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <map>
@@ -8,13 +7,10 @@
 #include <string_view>
 #include <utility>
 
-#include <wayfare/decode/awinda.hpp>
-#include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
-#include <wayfare/decode/ti_decoder.hpp>
-#include <wayfare/decode/xbus.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/sync/clock_fit.hpp>
+
+#include "logger/status_sample.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -32,14 +28,14 @@ class RawDevice final : public DeviceDecoder {
   [[nodiscard]] DecodingStatus status() const override { return {}; }
 };
 
-DecodedMessage message_of(const RadarScan& scan, const std::shared_ptr<const Stream>& stream,
-                          const std::string& frame) {
-  return {stream, scan.time, point_cloud_json(scan, frame)};
+const RadarScan& measured(const RadarScan& scan) { return scan; }
+LaserScan measured(const decode::RplidarRevolution& turn) { return decode::to_laser_sweep(turn); }
+
+std::string json_of(const RadarScan& scan, const std::string& frame) {
+  return point_cloud_json(scan, frame);
 }
-DecodedMessage message_of(const decode::RplidarRevolution& turn,
-                          const std::shared_ptr<const Stream>& stream, const std::string& frame) {
-  const LaserScan scan = decode::to_laser_sweep(turn);
-  return {stream, scan.time, laser_scan_json(scan, frame)};
+std::string json_of(const LaserScan& scan, const std::string& frame) {
+  return laser_scan_json(scan, frame);
 }
 
 /// A device that measures scans, completed by a `Scans` from its bytes.
@@ -58,14 +54,16 @@ class ScanDevice final : public DeviceDecoder {
     scans_.feed(bytes, arrived, [&](const auto& scan) {
       ++messages_;
       last_points_ = scan.points.size();
-      sink(message_of(scan, stream_, name_));
+      const auto& measurement = measured(scan);
+      latest_ = status_sample(measurement);
+      sink({stream_, measurement.time, json_of(measurement, name_)});
     });
   }
 
   [[nodiscard]] DecodingStatus status() const override {
     const auto& s = scans_.statistics();
     return {messages_, s.skipped_bytes, s.malformed + s.checksum_failures,
-            messages_ == 0 ? "" : std::to_string(last_points_) + unit_};
+            messages_ == 0 ? "" : std::to_string(last_points_) + unit_, latest_};
   }
 
  private:
@@ -74,6 +72,7 @@ class ScanDevice final : public DeviceDecoder {
   std::shared_ptr<const Stream> stream_;
   std::uint64_t messages_ = 0;
   std::size_t last_points_ = 0;
+  std::string latest_;
 };
 
 /// An MTi on its own line, or a station with its trackers, each of which has a stream.
@@ -81,80 +80,30 @@ class XsensDevice final : public DeviceDecoder {
  public:
   explicit XsensDevice(const DeviceDescription& device)
       : name_(device.name),
-        baud_(device.baud),
+        samples_(device.baud),
         lone_(json_stream("/" + device.name + "/imu", imu_schema())) {}
 
   void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) override {
-    fed_ += bytes.size();
-    decoder_.feed(bytes, [&](const decode::XbusMessage& message) {
-      const std::uint64_t end = message.position() + message.bytes().size();
-      const LogTime sent = arrived - decode::line_time(fed_ - end + message.bytes().size(), baud_);
-      take(message, sent, sink);
-    });
+    samples_.feed(bytes, arrived,
+                  [&](std::optional<std::uint32_t> tracker, const MargSample& sample) {
+                    give(tracker ? stream_of(*tracker) : lone_, sample, sink);
+                  });
   }
 
   [[nodiscard]] DecodingStatus status() const override {
-    const auto& s = decoder_.statistics();
-    return {messages_, s.skipped_bytes, s.malformed + s.checksum_failures, sample_};
+    const auto& s = samples_.statistics();
+    return {messages_, s.skipped_bytes, s.malformed + s.checksum_failures, sample_, latest_};
   }
 
  private:
-  void take(const decode::XbusMessage& message, LogTime sent, const Sink& sink) {
-    if (message.id() == decode::XbusId::configuration) {
-      // A station sends its rate once; before, or if that is missed, 100 Hz.
-      if (const auto c = decode::awinda_configuration(message.data()); c && c->period_s > 0.0)
-        begin(c->period_s);
-      return;
-    }
-    if (message.id() != decode::XbusId::mt_data2) return;
-    if (const auto snapshot = decode::awinda_snapshot(message.data())) {
-      if (!station_) begin(0.01);
-      take(*snapshot, sent, sink);
-    } else if (const auto sample = decode::mt_sample(message.data())) {
-      take(*sample, sent, sink);
-    }
-  }
-
-  void begin(double period_s) {
-    period_s_ = period_s;
-    station_ = std::make_unique<decode::AwindaStation<>>(period_s);
-    frames_ = decode::CounterUnwrapper(std::uint64_t{1} << 32);
-  }
-
-  /// Damaged counters may add up to a time from which differences overflow.
-  static Time<DeviceClock> device_time(double since_s) {
-    constexpr double kFarthest_s = 1e9;
-    return Time<DeviceClock>::from_seconds(std::clamp(since_s, -kFarthest_s, kFarthest_s));
-  }
-
-  void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink) {
-    // A retransmission is late by more than the line's delay; its frame counter gives its time.
-    const auto device = [&](std::uint32_t frame) {
-      return device_time(static_cast<double>(frames_.at(frame)) * period_s_);
-    };
-    if (!snapshot.retransmitted) envelope_.add(device(snapshot.frame), sent);
-    station_->add(snapshot, [&](const decode::AwindaMotion& motion) {
-      const LogTime time = envelope_(device(motion.frame));
-      give(stream_of(motion.device), decode::to_marg_sample(motion, time), sink);
-    });
-  }
-
-  void take(const decode::MtSample& sample, LogTime sent, const Sink& sink) {
-    LogTime time = sent;
-    if (sample.sample_time_fine)
-      time = envelope_.add(
-          device_time(1e-4 * static_cast<double>(fine_.at(*sample.sample_time_fine))), sent);
-    const MargSample marg = decode::to_marg_sample(sample, time);
-    if (marg.angular_rate_radps.allFinite() || marg.specific_force_mps2.allFinite())
-      give(lone_, marg, sink);
-  }
-
   void give(const std::shared_ptr<const Stream>& stream, const MargSample& marg, const Sink& sink) {
     ++messages_;
     std::array<char, 80> text{};
     std::snprintf(text.data(), text.size(), "%.2f m/s2, %.3f rad/s",
                   marg.specific_force_mps2.norm(), marg.angular_rate_radps.norm());
     sample_ = text.data();
+    if (!shown_) shown_ = stream;
+    if (stream == shown_) latest_ = status_sample(marg);
     sink({stream, marg.time, imu_json(marg, name_)});
   }
 
@@ -169,17 +118,12 @@ class XsensDevice final : public DeviceDecoder {
   }
 
   std::string name_;
-  int baud_;
+  XsensStream samples_;
   std::shared_ptr<const Stream> lone_;
-  std::map<std::uint32_t, std::shared_ptr<const Stream>> trackers_;
-  decode::XbusDecoder decoder_;
-  std::unique_ptr<decode::AwindaStation<>> station_;  ///< bounds how many trackers there are
-  double period_s_ = 0.01;
-  decode::CounterUnwrapper frames_{std::uint64_t{1} << 32};
-  decode::CounterUnwrapper fine_{std::uint64_t{1} << 32};
-  ClockEnvelope envelope_;
-  std::uint64_t fed_ = 0, messages_ = 0;
-  std::string sample_;
+  std::map<std::uint32_t, std::shared_ptr<const Stream>> trackers_;  ///< bounded by the station
+  std::uint64_t messages_ = 0;
+  std::shared_ptr<const Stream> shown_;  ///< whose samples are in the status
+  std::string sample_, latest_;
 };
 
 Result<Decoder> make_raw(const DeviceDescription&) { return Decoder(new RawDevice); }

@@ -219,13 +219,14 @@ struct Logger::Impl {
   }
 
   void tell(bool record) {
-    const LoggerStatus now = status();
-    std::string json = to_json(now);
-    control.send(status_line(json));
+    LoggerStatus now = status();
+    control.send(status_line(to_json(now)));
+    if (!record) return;
+    // The recording has all measurements.
+    for (SensorStatus& sensor : now.sensors) sensor.decoding.latest.clear();
     // It may be dropped where the queue is full: the next one counts what was dropped.
-    if (record)
-      recorder.add(recorder.session(),
-                   {sensors.size(), false, stream, now.time, now.time, std::move(json)});
+    recorder.add(recorder.session(),
+                 {sensors.size(), false, stream, now.time, now.time, to_json(now)});
   }
 
   const LoggerOptions options;

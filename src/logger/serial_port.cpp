@@ -93,6 +93,11 @@ Result<std::size_t> SerialPort::write(std::span<const std::uint8_t> bytes) {
   return system_error("cannot be written", path_);
 }
 
+std::size_t SerialPort::unsent() const {
+  int waiting = 0;
+  return ::ioctl(fd_.get(), TIOCOUTQ, &waiting) == 0 ? static_cast<std::size_t>(waiting) : 0;
+}
+
 Result<PseudoTerminal> PseudoTerminal::open() {
   PseudoTerminal terminal;
   const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);

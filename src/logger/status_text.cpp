@@ -64,6 +64,7 @@ const char* name_of(SensorState state) {
 }
 
 std::string to_json(const LoggerStatus& status) {
+  constexpr std::size_t kRoom = 3000;  // a serial line's buffer takes 4 kB at once
   const auto text = [](const std::string& s) { return '"' + json_escaped(s) + '"'; };
   const auto [sec, nsec] = seconds_and_rest(status.time);
   std::string out = "{\"state\":" + text(name_of(status.state));
@@ -87,7 +88,10 @@ std::string to_json(const LoggerStatus& status) {
     out += ",\"messages\":" + std::to_string(s.decoding.messages);
     out += ",\"skipped_bytes\":" + std::to_string(s.decoding.skipped_bytes);
     out += ",\"damaged\":" + std::to_string(s.decoding.damaged);
-    out += ",\"sample\":" + text(s.decoding.sample) + ",\"note\":" + text(s.note) + '}';
+    out += ",\"sample\":" + text(s.decoding.sample) + ",\"note\":" + text(s.note);
+    if (!s.decoding.latest.empty() && out.size() + s.decoding.latest.size() < kRoom)
+      out += ",\"latest\":" + s.decoding.latest;
+    out += '}';
   }
   return out + "]}";
 }

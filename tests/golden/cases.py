@@ -10,9 +10,12 @@ _LIVE = "needs a ROS master and runs until it is stopped"
 NOT_COVERED = {
     "monitor": "a server: it runs until it is stopped",
     "slam_node": _LIVE,
+    "hector_node": _LIVE,
+    "pedestrian_slam_node": _LIVE,
     "pedestrian_node": _LIVE,
     "lidar_driver_node": _LIVE,
     "radar_driver_node": _LIVE,
+    "xsens_driver_node": _LIVE,
     "play_recording": "needs a ROS master",
     "tune_against_pagmo": "compares times with pagmo's; built only where pagmo is",
 }

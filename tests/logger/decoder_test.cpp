@@ -1,6 +1,7 @@
 // Decoding of a device's bytes to stamped messages.
 #include <wayfare/logger/device_decoder.hpp>
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
 #include "io/support.hpp"
+#include "logger/status_sample.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -52,6 +54,28 @@ TEST(DeviceDecoder, KnowsItsKinds) {
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error().message, HasSubstr("raw, ti_mmwave"));
   EXPECT_FALSE(make_decoder({"a", "ti_mmwave", 921600, "profileCfg nonsense"}));
+}
+
+// Numbers that are not finite or beyond all sensors are null; nothing of a scan without returns.
+TEST(StatusSample, IsShortAndHasNoNumbersThatJsonLacks) {
+  const LogTime time = LogTime::from_nanoseconds(1'700'000'000'012'345'678);
+  MargSample unit{time, {0.25, 1e300, 0.0}, {1.0, -2.0, 9.816}};
+  unit.angular_rate_radps.z() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(status_sample(unit),
+            R"({"t":1700000000.012,"force":[1.00,-2.00,9.82],"rate":[0.250,null,null]})");
+  LaserScan scan{time, Angle::degrees(-180.0), Angle::degrees(1.0), 0.1F, 12.0F, {}};
+  EXPECT_EQ(status_sample(scan),
+            R"({"t":1700000000.012,"from_deg":-180.00,"step_deg":1.0000,"cm":[]})");
+  scan.ranges_m.assign(1000, std::numeric_limits<float>::infinity());
+  scan.ranges_m[20] = 3.0F, scan.ranges_m[21] = 2.5F;
+  const std::string text = status_sample(scan);
+  EXPECT_THAT(text, HasSubstr(R"("cm":[null,250,null)"));
+  EXPECT_LT(text.size(), 600U);
+  RadarScan radar{time, {}};
+  for (int i = 0; i < 100; ++i)
+    radar.points.push_back({1.0F, -0.5F, 0.0F, 0.25F, static_cast<float>(i)});
+  EXPECT_THAT(status_sample(radar), HasSubstr(R"("cm":[[100,-50,25],)"));
+  EXPECT_LT(status_sample(radar).size(), 600U);
 }
 
 TEST(DeviceDecoder, RadarFramesAreStampedByTheirOwnClock) {

@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <mutex>
@@ -24,7 +25,8 @@ namespace wayfare::examples {
 /// Lost connections are reopened.
 class LiveLink {
  public:
-  explicit LiveLink(std::string path) : path_(std::move(path)) {
+  /// `baud` of a serial line.
+  explicit LiveLink(std::string path, int baud) : path_(std::move(path)), baud_(baud) {
     thread_ = std::thread([this] { run(); });
   }
   LiveLink(const LiveLink&) = delete;
@@ -48,6 +50,17 @@ class LiveLink {
     return status_;
   }
 
+  /// Why there is no status: the connection, or what arrives on it; empty while there is one.
+  [[nodiscard]] std::string problem() const {
+    const std::lock_guard lock(mutex_);
+    if (std::chrono::steady_clock::now() < heard_ + kPatience) return {};
+    if (fd_ < 0) return problem_;
+    if (strange_bytes_ == 0)
+      return path_ + ": connected, but nothing arrives: is the logger running?";
+    return path_ + ": " + std::to_string(strange_bytes_) +
+           " bytes without a status: another --baud, or no logger?";
+  }
+
   /// False without a connection.
   [[nodiscard]] bool send(logger::Command command) {
     const std::lock_guard lock(mutex_);
@@ -56,6 +69,8 @@ class LiveLink {
   }
 
  private:
+  static constexpr std::chrono::seconds kPatience{3};
+
   [[nodiscard]] logger::Descriptor connect() const {
     struct stat there {};
     if (::stat(path_.c_str(), &there) != 0 || !S_ISSOCK(there.st_mode)) return logger::Descriptor();
@@ -72,8 +87,11 @@ class LiveLink {
     while (true) {
       if (const logger::Descriptor socket = connect(); socket.get() >= 0) {
         read(socket.get());
-      } else if (const auto port = logger::SerialPort::open(path_, {57600})) {
-        read(port->descriptor());
+      } else {
+        const auto port = logger::SerialPort::open(path_, {baud_});
+        if (port) read(port->descriptor());
+        const std::lock_guard lock(mutex_);
+        problem_ = port ? port->note() : port.error().to_string();
       }
       std::unique_lock lock(mutex_);
       if (changed_.wait_for(lock, std::chrono::milliseconds(500), [&] { return quit_; })) return;
@@ -84,6 +102,7 @@ class LiveLink {
     {
       const std::lock_guard lock(mutex_);
       fd_ = fd;
+      strange_bytes_ = 0;
     }
     static_cast<void>(send(logger::Command::check));
     std::string text;
@@ -99,6 +118,10 @@ class LiveLink {
       const ssize_t n = ::read(fd, buffer, sizeof buffer);
       if (n <= 0) break;
       text.append(buffer, static_cast<std::size_t>(n));
+      {
+        const std::lock_guard lock(mutex_);
+        strange_bytes_ += static_cast<std::size_t>(n);
+      }
       parse(text);
     }
     const std::lock_guard lock(mutex_);
@@ -113,6 +136,8 @@ class LiveLink {
         const std::lock_guard lock(mutex_);
         status_ = *status;
         ++number_;
+        heard_ = std::chrono::steady_clock::now();
+        strange_bytes_ = 0;
       }
       changed_.notify_all();
     }
@@ -120,10 +145,14 @@ class LiveLink {
   }
 
   const std::string path_;
+  const int baud_;
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::string status_;
   std::uint64_t number_ = 0;
+  std::chrono::steady_clock::time_point heard_ = std::chrono::steady_clock::now();
+  std::string problem_;
+  std::size_t strange_bytes_ = 0;  ///< since the last status
   int fd_ = -1;
   bool quit_ = false;
   std::thread thread_;

@@ -19,10 +19,13 @@ int main(int argc, char** argv) {
   examples::CommandLine app(
       "Serve a page on this computer that shows a logger's recording (contents, inertial plots, "
       "scans, radar points, path and map, CSV and MCAP export), and a running logger's status with "
-      "buttons to start and stop it.");
+      "buttons to start, stop and check it.");
   examples::MonitorOptions o;
   app.add_file("RECORDING", o.recording, "a logger's recording (.mcap)");
   app.add_option("--live", o.live, "control socket, or serial control line, of a running logger");
+  app.add_number("--baud", o.baud, 50, 10'000'000,
+                 "bits per second of that line, as of the logger's control.baud")
+      .needs("--live");
   app.add_option("--host", o.host,
                  "address to listen on; all but loopback addresses require a token")
       .show_default();

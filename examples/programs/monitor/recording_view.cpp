@@ -18,9 +18,6 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/slam/graph_slam.hpp>
-
-#include "support/slam_outputs.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -259,18 +256,16 @@ Result<std::string> RecordingView::walk(const std::string& topic) const {
 }
 
 Result<std::string> RecordingView::map_png(double most_s) const {
-  auto robot = logger::read_robot_recording(path_);
-  if (!robot) return robot.error();
-  std::vector<LaserScan>& scans = robot->recording.scans;
-  if (scans.empty()) return Error{ErrorCode::not_found, "there are no laser scans"};
-  const LogTime end = scans.front().time + from_seconds(most_s);
-  while (scans.back().time > end) scans.pop_back();
-  const auto slam = run_graph_slam(robot->recording);
-  if (!slam) return slam.error();
-  return io::encode_png(map_picture(slam->map, slam->trajectory));
+  const auto file = reader();
+  if (!file) return file.error();
+  const auto& c = (*file)->contents();
+  for (const io::McapChannel& channel : c.channels)
+    if (schema_of(c, channel) == logger::laser_scan_schema().name)
+      return map_.png(**file, channel.topic, most_s);
+  return Error{ErrorCode::not_found, "there are no laser scans"};
 }
 
-double RecordingView::map_cell_m() { return OccupancyGridOptions{}.resolution_m; }
+double RecordingView::map_cell_m() { return ScanMap::cell_m(); }
 
 Result<void> RecordingView::csv(const std::string& topic, const PieceSink& sink) const {
   const auto file = reader();

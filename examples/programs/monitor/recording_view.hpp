@@ -16,6 +16,8 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/mcap.hpp>
 
+#include "scan_map.hpp"
+
 namespace wayfare::examples {
 
 /// Receives the pieces of a response; false ends it.
@@ -37,7 +39,7 @@ class RecordingView {
   /// Path of a walker with the unit: columns t, x, y, heading.
   [[nodiscard]] Result<std::string> walk(const std::string& topic) const;
   /// A PNG of map and path from the laser scans of at most `most_s` seconds, by graph SLAM without
-  /// odometry.
+  /// odometry. Of a growing recording each call adds the scans since the last.
   [[nodiscard]] Result<std::string> map_png(double most_s) const;
   /// Side of the map's pixels.
   [[nodiscard]] static double map_cell_m();
@@ -56,6 +58,7 @@ class RecordingView {
   mutable Reader reader_;
   mutable std::uint64_t size_ = 0;
   mutable std::chrono::steady_clock::time_point reopen_;  ///< not reread before
+  mutable ScanMap map_;
 };
 
 }  // namespace wayfare::examples

@@ -9,13 +9,14 @@
 #include <thread>
 #include <utility>
 
-#include <httplib.h>
-
 #include <nlohmann/json.hpp>
 
 #include "access.hpp"
 #include "live_link.hpp"
 #include "recording_view.hpp"
+
+// After Eigen: one of its headers redefines a name that Eigen uses.
+#include <httplib.h>
 
 namespace wayfare::examples {
 namespace {
@@ -178,7 +179,11 @@ struct MonitorServer::Impl {
             if (quit) return false;
             const std::string status = live->wait(seen, std::chrono::milliseconds(1000));
             const std::string event =
-                status.empty() ? ": keep-alive\n\n" : "data: " + status + "\n\n";
+                status.empty() ? "event: problem\ndata: " +
+                                     json(live->problem())
+                                         .dump(-1, ' ', true, json::error_handler_t::replace) +
+                                     "\n\n"
+                               : "data: " + status + "\n\n";
             return !quit && sink.write(event.data(), event.size());
           });
     });
@@ -247,7 +252,7 @@ Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions optio
   if (options.token.empty() && !is_loopback(options.host)) options.token = random_token();
   auto impl = std::make_unique<Impl>(std::move(options));
   const MonitorOptions& o = impl->options;
-  if (!o.live.empty()) impl->live = std::make_shared<LiveLink>(o.live);
+  if (!o.live.empty()) impl->live = std::make_shared<LiveLink>(o.live, o.baud);
   impl->set_up();
   if (o.port == 0) {
     impl->port = impl->server.bind_to_any_port(o.host);

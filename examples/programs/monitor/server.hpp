@@ -11,6 +11,7 @@ namespace wayfare::examples {
 struct MonitorOptions {
   std::string recording = {};      ///< empty: that of the live logger
   std::string live = {};           ///< a logger's control socket or serial line; empty: none
+  int baud = 57600;                ///< of that line
   std::string host = "127.0.0.1";  ///< address to listen on
   int port = 8090;                 ///< 0: any free port
   /// Required in every request. Empty: none on a loopback address, else generated.

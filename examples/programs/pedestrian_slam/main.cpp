@@ -9,7 +9,7 @@
 #include <wayfare/slam/pedestrian_slam.hpp>
 
 #include "ahrs/recording.hpp"
-#include "pedestrian/step_length_options.hpp"
+#include "pedestrian_slam/walker_options.hpp"
 #include "support/command_line.hpp"
 #include "support/option_fields.hpp"
 #include "support/slam_program.hpp"
@@ -20,38 +20,19 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Unit : UnitOptions {
-  StepLengthOptions length;
-  double step_m = 0.0;
-  bool no_magnetometer = false, no_steps = false, no_feedback = false, no_heading = false;
+  WalkerOptions walker;
 
   void add_options(CommandLine& app) {
     UnitOptions::add_options(app);
-    length.add_options(app);
-    app.add_option("--step", step_m,
-                   "length of every step, m: the same as --length constant --factor")
-        .positive()
-        .excludes("--length")
-        .excludes("--factor")
-        .excludes("--calibration");
-    app.add_flag("--no-magnetometer", no_magnetometer, "no heading by it where the map gives none");
-    app.add_flag("--no-steps", no_steps, "use only rotation and tilt of the unit");
-    app.add_flag("--no-feedback", no_feedback, "do not correct steps and heading by the map");
-    app.add_flag("--no-heading", no_heading,
-                 "let the map correct the steps but not the unit's heading");
+    walker.add_options(app);
   }
 
   Result<void> apply(PedestrianSlamOptions& o, const UnitReadings& readings,
                      const Recording& log) const {
-    const auto model = length.model();
-    if (!model) return model.error();
-    o.pedestrian.length = *model;
+    if (auto ok = walker.apply(o); !ok) return ok;
     o.q_unit_laser = q_unit_laser(readings, log);
     o.pedestrian.forward = forward_axis(readings, log);
-    if (step_m > 0) o.pedestrian.length = ConstantStep{step_m};
-    o.pedestrian.ahrs.use_magnetometer = !no_magnetometer && readings.file.has_magnetometer;
-    o.steps = !no_steps;
-    o.feedback = !no_feedback;
-    o.heading = !no_heading;
+    o.pedestrian.ahrs.use_magnetometer &= readings.file.has_magnetometer;
     return {};
   }
 };

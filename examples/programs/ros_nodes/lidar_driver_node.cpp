@@ -29,16 +29,12 @@ int main(int argc, char** argv) {
   if (!started.node) return started.exit_code;
   ros::Node& node = *started.node;
   auto scans = node.publisher<ros::LaserScan>("scan");
-  decode::RplidarStream stream(device.line.baud);
-  std::uint64_t messages = 0;
   const std::vector<std::uint8_t> request =
       start ? std::vector<std::uint8_t>{0xA5, 0x20} : std::vector<std::uint8_t>{};
-  examples::read_device(node, device, request, [&](decode::Bytes bytes, LogTime arrived) {
-    stream.feed(bytes, arrived, [&](const decode::RplidarRevolution& turn) {
-      scans.publish(ros::message_of(decode::to_laser_sweep(turn, scan), device.frame));
-      ++messages;
-    });
-  });
-  examples::say_statistics(node, messages, stream.statistics());
+  examples::run_driver(
+      node, device, request, decode::RplidarStream(device.line.baud),
+      [&](const decode::RplidarRevolution& turn) {
+        scans.publish(ros::message_of(decode::to_laser_sweep(turn, scan), device.frame));
+      });
   return 0;
 }

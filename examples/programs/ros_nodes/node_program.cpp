@@ -5,6 +5,7 @@
 #include <chrono>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include <wayfare/ros/convert.hpp>
 
@@ -74,10 +75,52 @@ void add_device_options(CommandLine& app, DeviceArguments& a) {
   app.add_option("--frame", a.frame, "frame of the messages").show_default();
 }
 
+namespace {
+
+/// Reports a device that is silent, or does not speak the expected language.
+class DeviceWatch {
+ public:
+  DeviceWatch(const ros::Node& node, std::string port) : node_(node), port_(std::move(port)) {}
+
+  void opened() { heard_s_ = understood_s_ = steady_s(), strange_bytes_ = 0; }
+  void take(std::size_t bytes, std::uint64_t messages) {
+    const double now_s = steady_s();
+    if (bytes > 0) heard_s_ = now_s;
+    strange_bytes_ += bytes;
+    if (messages != messages_) understood_s_ = now_s, strange_bytes_ = 0;
+    messages_ = messages;
+    if (now_s > heard_s_ + kPatience_s) {
+      say("silent", "no bytes from " + port_ + ": is the device on?");
+    } else if (strange_bytes_ > 0 && now_s > understood_s_ + kPatience_s) {
+      say("strange", std::to_string(strange_bytes_) + " bytes from " + port_ +
+                         " without a message: another --baud, or another device?");
+    }
+  }
+
+ private:
+  static constexpr double kPatience_s = 2.0;
+
+  void say(const char* about, std::string text) {
+    notices_.add(ros::Severity::warning, about, std::move(text), steady_s());
+    say_all(node_, notices_.take());
+  }
+
+  const ros::Node& node_;
+  std::string port_;
+  ros::Notices notices_;
+  double heard_s_ = 0.0, understood_s_ = 0.0;
+  std::size_t strange_bytes_ = 0;
+  std::uint64_t messages_ = 0;
+};
+
+}  // namespace
+
 void read_device(ros::Node& node, const DeviceArguments& a, const std::vector<std::uint8_t>& start,
-                 const std::function<void(decode::Bytes, LogTime)>& take) {
+                 const std::function<std::uint64_t(decode::Bytes, LogTime)>& take) {
   std::array<std::uint8_t, 4096> buffer{};
   ros::Notices notices;
+  DeviceWatch watch(node, a.port);
+  std::uint64_t messages = 0;
   while (node.ok()) {
     auto port = logger::SerialPort::open(a.port, a.line);
     if (!port) {
@@ -91,6 +134,7 @@ void read_device(ros::Node& node, const DeviceArguments& a, const std::vector<st
              "reading " + a.port + (port->note().empty() ? "" : ": " + port->note()));
     if (auto sent = port->write(start); !sent)
       node.say(ros::Severity::warning, sent.error().to_string());
+    watch.opened();
     while (node.ok()) {
       const auto n = port->read(buffer, std::chrono::milliseconds(50));
       if (!n) {
@@ -98,7 +142,8 @@ void read_device(ros::Node& node, const DeviceArguments& a, const std::vector<st
         break;
       }
       const LogTime now = LogTime::from_nanoseconds(node.now_ns());
-      if (*n > 0) take(std::span(buffer).first(*n), now);
+      if (*n > 0) messages = take(std::span(buffer).first(*n), now);
+      watch.take(*n, messages);
       node.spin(0.0);
     }
   }

@@ -41,13 +41,29 @@ struct DeviceArguments {
 void add_device_options(CommandLine& app, DeviceArguments& arguments);
 
 /// Reads the device until the node ends; reopens a lost line. `start` is sent after each opening;
-/// `take(bytes, arrived)` receives the bytes.
+/// `take(bytes, arrived)` receives the bytes and returns the number of messages so far. A line
+/// without bytes, and bytes without messages, are reported.
 void read_device(ros::Node& node, const DeviceArguments& arguments,
                  const std::vector<std::uint8_t>& start,
-                 const std::function<void(decode::Bytes, LogTime)>& take);
+                 const std::function<std::uint64_t(decode::Bytes, LogTime)>& take);
 
 /// Logs the number of messages and of skipped bytes.
 void say_statistics(const ros::Node& node, std::uint64_t messages,
                     const decode::DecoderStatistics& statistics);
+
+/// Passes what `stream` decodes of the device to `publish`, until the node ends.
+template <class Stream, class Publish>
+void run_driver(ros::Node& node, const DeviceArguments& device,
+                const std::vector<std::uint8_t>& start, Stream stream, Publish publish) {
+  std::uint64_t messages = 0;
+  read_device(node, device, start, [&](decode::Bytes bytes, LogTime arrived) {
+    stream.feed(bytes, arrived, [&](const auto&... measured) {
+      publish(measured...);
+      ++messages;
+    });
+    return messages;
+  });
+  say_statistics(node, messages, stream.statistics());
+}
 
 }  // namespace wayfare::examples

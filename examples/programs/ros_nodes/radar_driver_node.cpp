@@ -45,15 +45,11 @@ int main(int argc, char** argv) {
   }
   auto scans = node.publisher<ros::RadarScan>("radar");
   auto clouds = node.publisher<ros::PointCloud2>("radar_points");
-  logger::TiStream stream(device.line.baud, *step);
-  std::uint64_t messages = 0;
-  examples::read_device(node, device, {}, [&](decode::Bytes bytes, LogTime arrived) {
-    stream.feed(bytes, arrived, [&](const RadarScan& scan) {
-      scans.publish(ros::message_of(scan, device.frame));
-      if (clouds.subscribers() > 0) clouds.publish(ros::cloud_of(scan, device.frame));
-      ++messages;
-    });
-  });
-  examples::say_statistics(node, messages, stream.statistics());
+  examples::run_driver(node, device, {}, logger::TiStream(device.line.baud, *step),
+                       [&](const RadarScan& scan) {
+                         scans.publish(ros::message_of(scan, device.frame));
+                         if (clouds.subscribers() > 0)
+                           clouds.publish(ros::cloud_of(scan, device.frame));
+                       });
   return 0;
 }

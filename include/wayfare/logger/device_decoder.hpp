@@ -8,15 +8,20 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/decode/awinda.hpp>
+#include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
+#include <wayfare/decode/xbus.hpp>
 #include <wayfare/logger/serial_port.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sync/clock_fit.hpp>
 
 namespace wayfare::logger {
@@ -73,6 +78,41 @@ class TiStream {
   std::uint64_t fed_ = 0;
 };
 
+/// Converts the bytes of an Xsens MTi, or of an Awinda station with its MTw trackers, as they
+/// arrive, to samples in the computer's time.
+class XsensStream {
+ public:
+  /// The tracker's identifier, nothing for an MTi; the field in units of 49 µT over the field at
+  /// the place of calibration.
+  using Sink = std::function<void(std::optional<std::uint32_t> tracker, const MargSample& sample)>;
+
+  /// `baud` > 0 of the line.
+  explicit XsensStream(int baud) : baud_(baud) {}
+
+  /// Takes the next bytes, the last of which arrived at `arrived`.
+  void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink);
+
+  /// Counts of bytes and frames.
+  [[nodiscard]] const decode::DecoderStatistics& statistics() const {
+    return decoder_.statistics();
+  }
+
+ private:
+  void take(const decode::XbusMessage& message, LogTime sent, const Sink& sink);
+  void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink);
+  void take(const decode::MtSample& sample, LogTime sent, const Sink& sink);
+  void begin(double period_s);
+
+  int baud_;
+  decode::XbusDecoder decoder_;
+  std::unique_ptr<decode::AwindaStation<>> station_;  ///< limits the number of trackers
+  double period_s_ = 0.01;
+  decode::CounterUnwrapper frames_{std::uint64_t{1} << 32};
+  decode::CounterUnwrapper fine_{std::uint64_t{1} << 32};
+  ClockEnvelope envelope_;
+  std::uint64_t fed_ = 0;
+};
+
 /// A stream of messages of one type, as described in a recording. The topic identifies it.
 struct Stream {
   std::string topic;                                 ///< name of the channel, such as /radar/points
@@ -95,6 +135,10 @@ struct DecodingStatus {
   std::uint64_t skipped_bytes = 0;  ///< that belong to no message
   std::uint64_t damaged = 0;        ///< frames with a wrong checksum or wrong lengths
   std::string sample = {};          ///< summary of the last message
+  /// The last measurement as JSON, a few hundred bytes: of a unit `t` (s), `force` and `rate`; of a
+  /// laser scan `t`, `from_deg`, `step_deg` and the ranges `cm`, of at most 72 sectors the nearest;
+  /// of a radar `t` and the strongest points `cm` (x, y, cm/s). Of a station's trackers the first.
+  std::string latest = {};
 };
 
 /// Decodes the bytes of one device to messages.

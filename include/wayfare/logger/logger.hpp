@@ -123,7 +123,8 @@ struct LoggerStatus {
   std::vector<SensorStatus> sensors;      ///< in the order of the options
 };
 
-/// The status as the JSON of status lines, the recording's status channel and the monitor.
+/// The status as the JSON of status lines, the recording's status channel and the monitor. The
+/// sensors' latest measurements are left out where they would make it longer than 3 kB.
 [[nodiscard]] std::string to_json(const LoggerStatus& status);
 
 /// Runs from `start` on; the destructor stops recording, waits until all that was queued is written

@@ -44,6 +44,9 @@ class SerialPort {
   /// Writes without waiting; returns the number of bytes written.
   [[nodiscard]] Result<std::size_t> write(std::span<const std::uint8_t> bytes);
 
+  /// Bytes written that the line has not sent.
+  [[nodiscard]] std::size_t unsent() const;
+
   /// Of the open line, for poll().
   [[nodiscard]] int descriptor() const { return fd_.get(); }
   /// Settings that failed without effect on reading: the rate, or a modem line.

@@ -3,6 +3,7 @@
 // Pedestrian dead reckoning: steps, their lengths and directions.
 
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -65,6 +66,20 @@ class BasicPedestrian {
 
   /// After the last step.
   [[nodiscard]] const PedestrianPose& pose() const { return pose_; }
+  /// All steps before this time have been reported: the walker has not moved since the last.
+  /// Nothing before the first reading.
+  [[nodiscard]] std::optional<LogTime> settled() const { return detector_.settled(); }
+  /// The pose of the last step with the heading of `time`, of the last twenty seconds and up to
+  /// settled(). Nothing before the attitude is initialised.
+  [[nodiscard]] std::optional<PedestrianPose> pose_at_rest(LogTime time) const {
+    const WalkingHeading::Entry* h = heading_.at(time);
+    if (h == nullptr) return std::nullopt;
+    PedestrianPose pose = pose_;
+    pose.time = time;
+    pose.heading =
+        Angle::radians(walking_radians(*h) - drift_ + mean_field_.correction()).wrapped();
+    return pose;
+  }
   /// Attitude filter.
   [[nodiscard]] const Ahrs<frame::Enu>& ahrs() const { return ahrs_; }
   /// Of the walking direction in the unit's axes.
@@ -116,6 +131,10 @@ class BasicPedestrian {
                      Angle::radians(heading_.now() - magnetic_drift_.correction()), dt);
   }
 
+  [[nodiscard]] double walking_radians(const WalkingHeading::Entry& h) const {
+    return h.radians + (p_.axis == WalkingAxis::principal ? direction_.offset().radians() : 0.0);
+  }
+
   template <class Sink>
   void add_step(const Step& step, Sink&& sink) {
     ++report_.steps;
@@ -129,8 +148,8 @@ class BasicPedestrian {
       ++report_.without_length;
       return;
     }
-    const double offset = p_.axis == WalkingAxis::principal ? direction_.offset().radians() : 0.0;
-    const double heading = h->radians + offset - straight_.step(step.time, h->radians);
+    drift_ = straight_.step(step.time, h->radians);
+    const double heading = walking_radians(*h) - drift_;
     path_m_ += length * Eigen::Vector2d(std::cos(heading), std::sin(heading));
     mean_field_.step(step.interval_s);
     const double north = mean_field_.correction();
@@ -152,6 +171,7 @@ class BasicPedestrian {
   WalkingHeading heading_;
   WalkingDirection direction_;
   StraightWalk straight_;
+  double drift_ = 0.0;  // of the heading at the last step
   MagneticHeadingDrift magnetic_drift_;
   MeanFieldNorth mean_field_;
   Eigen::Vector2d path_m_ = Eigen::Vector2d::Zero();  // before the turn to north

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <variant>
 
@@ -47,6 +48,19 @@ class StepDetector {
 
   /// Number of steps reported.
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
+  /// All steps before this time have been reported; nothing before the first reading. A crest from
+  /// which the force has not fallen for half the longest step is not waited for: as after the last
+  /// step of a walk. Its step would be late.
+  [[nodiscard]] std::optional<LogTime> settled() const {
+    if (!clock_.started()) return std::nullopt;
+    const LogTime now = clock_.last();
+    const LogTime next =
+        std::max(band_.crest().value_or(now), now - from_seconds(0.5 * p_.longest_step_s));
+    const double since = has_last_ ? to_seconds(next - last_) : p_.longest_step_s;
+    if (since >= p_.longest_step_s) return next;
+    if (!walking_) return onset_.first();
+    return since < p_.hidden_to * recent_interval_s_.value ? last_ : next;
+  }
   /// The band-passed magnitude, m/s².
   [[nodiscard]] double band() const { return band_.now(); }
 

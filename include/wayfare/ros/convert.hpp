@@ -13,6 +13,7 @@
 
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/messages.hpp>
@@ -45,6 +46,10 @@ class FrameTree {
 
   std::map<std::string, Parent, std::less<>> parents_;
 };
+
+/// Rotates the axes of `frame` to those of `base`; nothing without a valid transform.
+[[nodiscard]] std::optional<SO3d> rotation_of(const FrameTree& tree, std::string_view base,
+                                              std::string_view frame);
 
 /// Errors: zero, which means "not set"; before 1970 or after 2106; a second or more of nanoseconds.
 [[nodiscard]] Result<LogTime> time_of(const Stamp& stamp);

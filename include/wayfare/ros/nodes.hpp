@@ -3,24 +3,30 @@
 // Pedestrian dead reckoning as a node, without the interface to ROS.
 //
 // SLAM as a node, without the interface to ROS: messages in, messages out. Laser scans alone use
-// submap SLAM; radar, alone or with laser scans, uses the particle filter.
+// submap SLAM, Hector SLAM or pedestrian SLAM; radar, alone or with laser scans, uses the particle
+// filter.
 //
-// Scans are processed in order, each once odometry has reached its time and the transform to its
-// laser is known, so that the result does not depend on the order of arrival.
+// Scans are processed in order, each once odometry and inertial samples have reached its time and
+// the transform to its laser is known, so that the result does not depend on the order of arrival:
+// it is that of the system on a recording of the messages.
 
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/detail/node_output.hpp>
 #include <wayfare/ros/messages.hpp>
+#include <wayfare/slam/hector_slam.hpp>
+#include <wayfare/slam/pedestrian_slam.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 #include <wayfare/sync/scan_deskewer.hpp>
@@ -33,12 +39,19 @@ struct PedestrianNodeOptions {
   std::string odom_frame = "odom",    ///< of the odometry
       base_frame = "base_link";       ///< of the unit's carrier
   double jump_back_s = 1.0;  ///< samples this much earlier than the last restart the reckoning
+  /// Interval between poses at rest …
+  double rest_period_s = 0.1;
+  /// … which end this long before the time until which steps are known: the body moves before the
+  /// crest that is a step's time.
+  double rest_margin_s = 0.3;
 };
 
 /// Messages to publish.
 struct PedestrianNodeOutput {
-  std::vector<Odometry> odometry;  ///< one per step, with covariance
-  std::vector<Notice> notices;     ///< for the log
+  /// One per step, with covariance; at rest the pose of the last step again, at later times and
+  /// without speed.
+  std::vector<Odometry> odometry;
+  std::vector<Notice> notices;  ///< for the log
 };
 
 /// `now_s` is of a monotonic clock. Not thread-safe.
@@ -56,10 +69,11 @@ class PedestrianNode {
 
  private:
   void take(const MargSample& sample, double now_s, PedestrianNodeOutput& out);
+  void rest(PedestrianNodeOutput& out);
 
   PedestrianNodeOptions options_;
   Pedestrian pedestrian_;
-  std::optional<LogTime> last_;
+  std::optional<LogTime> last_, last_pose_;
   std::optional<double> heard_s_;
   std::optional<PedestrianPose> before_;
   Notices notices_;
@@ -71,23 +85,38 @@ class PedestrianNode {
                                         const std::string& odom_frame,
                                         const std::string& base_frame);
 
+/// SLAM of laser scans alone.
+enum class LaserSystem : std::uint8_t {
+  submap,      ///< submaps and a pose graph
+  hector,      ///< one map, to which all scans are matched
+  pedestrian,  ///< submaps, with scans levelled and steps by a unit on the head
+};
+
 /// SLAM, frames, mounting and waiting of a SlamNode.
 struct SlamNodeOptions {
   SlamSensors sensors = SlamSensors::lidar;  ///< the scans used
-  SubmapSlamOptions slam{};                  ///< for laser scans alone
-  OccupancyGridOptions map{};                ///< the same; the particle filter has its own cells
+  LaserSystem system = LaserSystem::submap;  ///< for laser scans alone
+  SubmapSlamOptions slam{};                  ///< of submap and pedestrian SLAM
+  HectorSlamOptions hector{};                ///< of Hector SLAM
+  PedestrianSlamOptions walker{};            ///< of pedestrian SLAM, without its `slam`
+  OccupancyGridOptions map{};                ///< as `slam`; the others have their own cells
   RadarSlamOptions filter{};                 ///< with radar
   std::string map_frame = "map",             ///< of poses and map
       odom_frame = "odom",                   ///< of the odometry
       base_frame = "base_link";              ///< of the robot
   /// False, for laser scans alone: without odometry; the node publishes `odom` -> `base_link` from
-  /// scan matching and, with `imu`, the gyroscope.
+  /// scan matching and, with `imu`, the inertial unit. Pedestrian SLAM takes none.
   bool odometry = true;
-  bool imu =
-      false;  ///< without odometry: heading changes from the inertial unit, its z axis upward
+  /// With laser scans alone, waits for inertial samples: submap SLAM without odometry takes heading
+  /// changes from them, the unit's z axis upward; Hector SLAM levels scans and fuses its matches
+  /// with them; pedestrian SLAM needs them and always takes them.
+  bool imu = false;
+  bool magnetometer = false;  ///< waits for its readings, too: for pedestrian SLAM
   /// Mounting of the sensors; if empty, from transforms.
   std::optional<Transform2<frame::Base, frame::Laser>> T_base_laser{};
   std::optional<Transform2<frame::Base, frame::Radar>> T_base_radar{};  ///< the same of the radar
+  /// Of Hector and pedestrian SLAM: the unit's axis along which the laser's x points, its z upward.
+  std::optional<Eigen::Vector3d> unit_forward{};
 
   // Seconds by the caller's clock.
   double patience_s = 2.0;    ///< longest wait of a scan for other data of its time
@@ -112,6 +141,8 @@ struct SlamNodeOutput {
   std::vector<Notice> notices;               ///< for the log
 };
 
+class LaserSlam;
+
 /// `now_s` is of a monotonic clock with any origin. Not thread-safe.
 class SlamNode {
  public:
@@ -128,6 +159,8 @@ class SlamNode {
   void add(const Odometry& message, double now_s);
   /// Used with SlamNodeOptions::imu.
   void add(const Imu& message, double now_s);
+  /// Of the unit, with `magnetometer`.
+  void add(const MagneticField& message, double now_s);
   /// Mountings, from /tf and /tf_static.
   void add(const TfMessage& message);
 
@@ -151,6 +184,14 @@ class SlamNode {
     std::optional<LevelMounting> mounting;
   };
   enum class RadarMessage : std::uint8_t { none, scan, cloud };
+  /// A stream for which scans wait.
+  struct Awaited {
+    const char* name;
+    std::optional<LogTime> last{};
+    bool silent = false;  ///< waited for in vain: not waited for until it is heard
+
+    void hear(LogTime time) { last = time, silent = false; }
+  };
 
   template <class Message>
   void add_radar(const Message& message, RadarMessage kind, double now_s);
@@ -158,9 +199,18 @@ class SlamNode {
   void enqueue(Sensed<Scan>& to, Result<Scan> scan, const Header& header, double now_s);
   void begin_anew(LogTime at);
 
+  [[nodiscard]] bool takes_turns() const { return options_.system == LaserSystem::submap; }
+  [[nodiscard]] Result<void> add_turn_rate(const Imu& message, LogTime time);
+  [[nodiscard]] Result<void> add_sample(const Imu& message, LogTime time);
+  [[nodiscard]] bool is_next(LogTime time);
+  MargSample& sample_at(LogTime time);
+  void pass_samples(LogTime until);
+
   template <class Scan, class Given>
   [[nodiscard]] bool is_mounted(Sensed<Scan>& sensed, const Given& T_base_sensor, double now_s);
-  [[nodiscard]] bool laser_is_known(double now_s);
+  [[nodiscard]] bool unit_is_mounted(double now_s);
+  [[nodiscard]] bool has_system(double now_s);
+  [[nodiscard]] bool has_reached(Awaited& stream, LogTime time, double now_s);
   [[nodiscard]] bool motion_is_known(LogTime time, double now_s);
   [[nodiscard]] MotionHint hint(LogTime time) const;
   [[nodiscard]] Result<ScanOutcome> add_deskewed(const wayfare::LaserScan& scan);
@@ -179,7 +229,7 @@ class SlamNode {
   void wait_for(std::string what, double now_s);
 
   SlamNodeOptions options_;
-  std::unique_ptr<SubmapSlam> slam_;
+  detail::Owned<LaserSlam> slam_;  ///< once the mounting of its sensors is known
   std::optional<ScanDeskewer> deskewer_;
   std::optional<RadarSlamStream> stream_;
   FrameTree frames_;
@@ -190,10 +240,15 @@ class SlamNode {
   std::optional<SE2d> T_joined_odom_;       ///< from odometry as received to the joined one
   std::optional<LogTime> odometry_passed_;  ///< passed to the stream
   std::vector<GyroSample> gyro_;
+  std::deque<MargSample> unit_;  ///< not passed to the system yet, in order of time
+  std::string unit_frame_;       ///< of the first sample; others are dropped
+  std::optional<SO3d> q_base_unit_;
+  Awaited odometry_heard_{"odometry"}, unit_heard_{"inertial samples"},
+      field_heard_{"a magnetic field"};
   std::optional<LogTime> last_scan_;  ///< processed
   std::optional<double> blocked_s_, last_placed_s_;
   double last_map_s_ = 0.0;
-  bool worked_ = false, motion_missing_ = false, settled_ = true;
+  bool worked_ = false, settled_ = true;
   std::string waits_for_;
   Notices notices_;
 };

@@ -232,4 +232,14 @@ Result<TransformParts> FrameTree::find(std::string_view base, std::string_view f
                                          (there.empty() ? "" : "; there are " + there)};
 }
 
+std::optional<SO3d> rotation_of(const FrameTree& tree, std::string_view base,
+                                std::string_view frame) {
+  const auto found = tree.find(base, frame);
+  if (!found) return std::nullopt;
+  const Quaternion& r = found->rotation;
+  const Eigen::Quaterniond q(r.w, r.x, r.y, r.z);
+  if (!(std::abs(q.squaredNorm() - 1.0) < 1e-2)) return std::nullopt;
+  return SO3d(q);
+}
+
 }  // namespace wayfare::ros

@@ -5,21 +5,33 @@
 #include <cstddef>
 #include <utility>
 
+#include "ros/nodes/laser_slam.hpp"
+
 namespace wayfare::ros {
 namespace {
 
 std::string seconds(Duration d) { return std::to_string(to_seconds(d)) + " s"; }
 
-template <class Sample>
-void forget_after(std::vector<Sample>& samples, LogTime time) {
-  std::erase_if(samples, [&](const Sample& s) { return s.time > time; });
+template <class Samples>
+void forget_after(Samples& samples, LogTime time) {
+  std::erase_if(samples, [&](const auto& s) { return s.time > time; });
+}
+
+template <class Samples>
+std::optional<LogTime> last_of(const Samples& samples) {
+  return samples.empty() ? std::nullopt : std::optional(samples.back().time);
 }
 
 }  // namespace
 
 SlamNode::SlamNode(SlamNodeOptions options)
-    : options_(std::move(options)), slam_(std::make_unique<SubmapSlam>(options_.slam)) {
-  options_.odometry = options_.odometry || options_.sensors != SlamSensors::lidar;
+    : options_(std::move(options)), slam_(nullptr, nullptr) {
+  const bool filter = options_.sensors != SlamSensors::lidar;
+  if (filter) options_.system = LaserSystem::submap;
+  const bool walker = options_.system == LaserSystem::pedestrian;
+  options_.odometry = (options_.odometry && !walker) || filter;
+  options_.imu = walker || (options_.imu && !(takes_turns() && options_.odometry));
+  options_.magnetometer = walker && options_.magnetometer;
 }
 
 void SlamNode::add(const LaserScan& message, double now_s) {
@@ -114,21 +126,68 @@ void SlamNode::add(const Odometry& message, double now_s) {
   if (T_joined_odom_)
     sample->T_odom_base = Transform2<frame::Odom, frame::Base>(*T_joined_odom_ * T_odom_base);
   odometry_.push_back(*sample);
-  motion_missing_ = false;
+  odometry_heard_.hear(*time);
 }
 
 void SlamNode::add(const Imu& message, double now_s) {
-  if (options_.odometry || !options_.imu) return;
+  if (!options_.imu) return;
   const auto time = time_of(message.header.stamp);
-  const auto rate = time ? turn_rate_of(message) : Result<Eigen::Vector3d>(time.error());
-  if (!rate)
-    return notices_.add(Severity::error, "bad reading",
-                        "left out an inertial sample: " + rate.error().to_string(), now_s);
-  if (!gyro_.empty() && *time + from_seconds(options_.jump_back_s) < gyro_.back().time)
-    gyro_.clear();
-  if (!gyro_.empty() && *time <= gyro_.back().time) return;
-  gyro_.push_back({*time, rate->z()});
-  motion_missing_ = false;
+  const auto done = !time           ? Result<void>(time.error())
+                    : takes_turns() ? add_turn_rate(message, *time)
+                                    : add_sample(message, *time);
+  if (!done)
+    notices_.add(Severity::error, "bad reading",
+                 "left out an inertial sample: " + done.error().to_string(), now_s);
+}
+
+/// Whether a unit's sample is later than those before; a step back drops those.
+bool SlamNode::is_next(LogTime time) {
+  auto& last = unit_heard_.last;
+  if (last && time + from_seconds(options_.jump_back_s) < *last)
+    gyro_.clear(), unit_.clear(), last.reset();
+  if (last && time <= *last) return false;
+  unit_heard_.hear(time);
+  return true;
+}
+
+Result<void> SlamNode::add_turn_rate(const Imu& message, LogTime time) {
+  const auto rate = turn_rate_of(message);
+  if (!rate) return rate.error();
+  if (is_next(time)) gyro_.push_back({time, rate->z()});
+  return {};
+}
+
+Result<void> SlamNode::add_sample(const Imu& message, LogTime time) {
+  const auto sample = imu_of(message, time);
+  if (!sample) return sample.error();
+  if (unit_frame_.empty()) unit_frame_ = frame_of(message.header);
+  if (auto ok = check_frame(message.header, unit_frame_); !ok) return ok;
+  if (!is_next(time)) return {};
+  MargSample& to = sample_at(time);
+  to.angular_rate_radps = sample->angular_rate_radps;
+  to.specific_force_mps2 = sample->specific_force_mps2;
+  return {};
+}
+
+void SlamNode::add(const MagneticField& message, double now_s) {
+  if (!options_.magnetometer) return;
+  const auto time = time_of(message.header.stamp);
+  if (!time)
+    return notices_.add(Severity::error, "bad field",
+                        "left out a magnetometer's sample: " + time.error().to_string(), now_s);
+  if (last_scan_ && *time <= *last_scan_) return;
+  sample_at(*time).magnetic_field_uT = field_uT_of(message);
+  field_heard_.hear(*time);
+}
+
+/// Rate, force and field of one time are one sample.
+MargSample& SlamNode::sample_at(LogTime time) {
+  constexpr std::size_t kMost = 20'000;  // minutes without a scan
+  if (unit_.size() >= kMost) pass_samples(unit_.front().time);
+  const auto at = std::lower_bound(unit_.begin(), unit_.end(), time,
+                                   [](const MargSample& s, LogTime t) { return s.time < t; });
+  if (at != unit_.end() && at->time == time) return *at;
+  return *unit_.insert(at, MargSample{time});
 }
 
 void SlamNode::add(const TfMessage& message) {
@@ -136,7 +195,7 @@ void SlamNode::add(const TfMessage& message) {
 }
 
 void SlamNode::begin_anew(LogTime at) {
-  slam_ = std::make_unique<SubmapSlam>(options_.slam);
+  slam_.reset();
   stream_.reset();
   odometry_passed_.reset();
   lasers_.scans.clear();
@@ -149,6 +208,10 @@ void SlamNode::begin_anew(LogTime at) {
   const LogTime until = at + from_seconds(options_.jump_back_s);
   forget_after(odometry_, until);
   forget_after(gyro_, until);
+  forget_after(unit_, until);
+  odometry_heard_.last = last_of(odometry_);
+  unit_heard_.last = takes_turns() ? last_of(gyro_) : last_of(unit_);
+  field_heard_.last.reset();
   if (odometry_.empty()) T_joined_odom_.reset();
 }
 
@@ -201,13 +264,31 @@ void PedestrianNode::take(const MargSample& sample, double now_s, PedestrianNode
                  now_s);
     pedestrian_ = Pedestrian(options_.pedestrian);
     before_.reset();
+    last_pose_.reset();
   }
   last_ = sample.time;
   pedestrian_.add(sample, [&](const PedestrianPose& pose) {
+    // A late step is in the next pose.
+    if (last_pose_ && pose.time <= *last_pose_) return;
     out.odometry.push_back(
         odometry_message(pose, before_, options_.odom_frame, options_.base_frame));
     before_ = pose;
+    last_pose_ = pose.time;
   });
+  rest(out);
+}
+
+/// Odometry without motion up to the time until which there is no step.
+void PedestrianNode::rest(PedestrianNodeOutput& out) {
+  const auto settled = pedestrian_.settled();
+  if (!settled) return;
+  const LogTime known = *settled - from_seconds(options_.rest_margin_s);
+  if (last_pose_ && known < *last_pose_ + from_seconds(options_.rest_period_s)) return;
+  const auto pose = pedestrian_.pose_at_rest(known);
+  if (!pose || known.nanoseconds() <= 0) return;
+  out.odometry.push_back(
+      odometry_message(*pose, std::nullopt, options_.odom_frame, options_.base_frame));
+  last_pose_ = known;
 }
 
 Odometry odometry_message(const PedestrianPose& pose, const std::optional<PedestrianPose>& before,

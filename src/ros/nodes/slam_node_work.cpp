@@ -8,6 +8,8 @@
 #include <wayfare/ros/nodes.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
+#include "ros/nodes/laser_slam.hpp"
+
 namespace wayfare::ros {
 namespace {
 
@@ -86,29 +88,52 @@ bool SlamNode::is_mounted(Sensed<Scan>& sensed, const Given& T_base_sensor, doub
   return true;
 }
 
-bool SlamNode::laser_is_known(double now_s) {
-  if (lasers_.mounting) return true;
-  if (!is_mounted(lasers_, options_.T_base_laser, now_s)) return false;
-  options_.slam.T_base_laser =
-      Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw());
-  slam_ = std::make_unique<SubmapSlam>(options_.slam);
-  deskewer_.emplace(options_.slam.T_base_laser);
+bool SlamNode::unit_is_mounted(double now_s) {
+  if (!options_.imu || takes_turns() || options_.unit_forward || q_base_unit_) return true;
+  if (unit_frame_.empty()) {
+    wait_for(unit_heard_.name, now_s);
+    return false;
+  }
+  q_base_unit_ = rotation_of(frames_, options_.base_frame, unit_frame_);
+  if (!q_base_unit_)
+    wait_for("the transform from '" + options_.base_frame + "' to '" + unit_frame_ +
+                 "' (on /tf or /tf_static)",
+             now_s);
+  return q_base_unit_.has_value();
+}
+
+bool SlamNode::has_system(double now_s) {
+  if (slam_) return true;
+  if (!is_mounted(lasers_, options_.T_base_laser, now_s) || !unit_is_mounted(now_s)) return false;
+  slam_ = make_laser_slam(
+      options_, Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw()),
+      q_base_unit_);
+  deskewer_.emplace(Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw()));
+  return true;
+}
+
+/// Whether a stream has reached the time, or was waited for in vain.
+bool SlamNode::has_reached(Awaited& stream, LogTime time, double now_s) {
+  if (stream.silent || (stream.last && *stream.last >= time)) return true;
+  const std::string what = stream.name;
+  wait_for(what + " at the scan's time", now_s);
+  if (now_s < *blocked_s_ + options_.patience_s) return false;
+  stream.silent = true;
+  notices_.add(Severity::warning, "silent " + what,
+               "no " + what + " at the scan's time: continues with scans alone until there is",
+               now_s);
   return true;
 }
 
 bool SlamNode::motion_is_known(LogTime time, double now_s) {
-  if ((!options_.odometry && !options_.imu) || motion_missing_) return true;
-  const bool there = options_.odometry ? !odometry_.empty() && odometry_.back().time >= time
-                                       : !gyro_.empty() && gyro_.back().time >= time;
-  if (there) return true;
-  const std::string what = options_.odometry ? "odometry" : "inertial samples";
-  wait_for(what + " at the scan's time", now_s);
-  if (now_s < *blocked_s_ + options_.patience_s) return false;
-  motion_missing_ = true;
-  notices_.add(Severity::warning, "silent",
-               "no " + what + " at the scan's time: continues with scans alone until there is",
-               now_s);
-  return true;
+  return (!options_.odometry || has_reached(odometry_heard_, time, now_s)) &&
+         (!options_.imu || has_reached(unit_heard_, time, now_s)) &&
+         (!options_.magnetometer || has_reached(field_heard_, time, now_s));
+}
+
+void SlamNode::pass_samples(LogTime until) {
+  for (; !unit_.empty() && unit_.front().time <= until; unit_.pop_front())
+    if (slam_) slam_->add(unit_.front());
 }
 
 MotionHint SlamNode::hint(LogTime time) const {
@@ -121,6 +146,8 @@ MotionHint SlamNode::hint(LogTime time) const {
 }
 
 Result<ScanOutcome> SlamNode::add_deskewed(const wayfare::LaserScan& scan) {
+  // A system that takes the unit's samples undoes a sweep by its own attitudes.
+  if (options_.imu && !takes_turns()) return slam_->add_scan(scan, hint(scan.time));
   const auto instant = (*deskewer_)(scan, odometry_, gyro_);
   if (!instant) return instant.error();
   auto outcome = slam_->add_scan(**instant, hint(scan.time));
@@ -129,7 +156,7 @@ Result<ScanOutcome> SlamNode::add_deskewed(const wayfare::LaserScan& scan) {
 }
 
 void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
-  if (!laser_is_known(now_s) || !motion_is_known(lasers_.scans.front().end_time(), now_s)) return;
+  if (!has_system(now_s) || !motion_is_known(lasers_.scans.front().end_time(), now_s)) return;
   wayfare::LaserScan scan = std::move(lasers_.scans.front());
   lasers_.scans.pop_front();
   blocked_s_.reset();
@@ -137,6 +164,7 @@ void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
   worked_ = true;
   const LogTime time = scan.time;
   if (lasers_.mounting->upside_down) scan = turned_over(std::move(scan));
+  pass_samples(scan.end_time());
   const auto outcome = add_deskewed(scan);
   if (!outcome)
     return notices_.add(Severity::error, "refused",
@@ -238,7 +266,7 @@ void SlamNode::publish_pose(LogTime time, const SE2d& T_map_base, const MotionHi
     const SE2d joined = motion.odometry->raw();
     give(T_joined_odom_ ? T_joined_odom_->inverse() * joined : joined);
   } else if (!options_.odometry) {
-    const SE2d T_odom_base = slam_->local().T_local_base.raw();
+    const SE2d T_odom_base = slam_->T_odom_base();
     give(T_odom_base);
     out.transforms.push_back(
         transform_of(T_odom_base, time, options_.odom_frame, options_.base_frame));
@@ -249,8 +277,8 @@ void SlamNode::publish_map(double now_s, SlamNodeOutput& out) {
   last_map_s_ = now_s;
   const auto trajectory = stream_ ? stream_->slam().trajectory() : slam_->trajectory();
   out.path = path_of(trajectory, options_.map_frame);
-  out.map = message_of(io::grid_image(stream_ ? stream_->map() : slam_->map(options_.map)),
-                       *last_scan_, options_.map_frame);
+  out.map = message_of(io::grid_image(stream_ ? stream_->map() : slam_->map()), *last_scan_,
+                       options_.map_frame);
 }
 
 void SlamNode::wait_for(std::string what, double now_s) {

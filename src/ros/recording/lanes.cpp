@@ -149,14 +149,4 @@ Result<LevelMounting> mounting_of(const FrameTree& tree, const std::string& base
   return LevelMounting{};
 }
 
-std::optional<SO3d> rotation_of(const FrameTree& tree, const std::string& base,
-                                const std::string& frame) {
-  const auto found = tree.find(base, frame);
-  if (!found) return std::nullopt;
-  const Quaternion& r = found->rotation;
-  const Eigen::Quaterniond q(r.w, r.x, r.y, r.z);
-  if (!(std::abs(q.squaredNorm() - 1.0) < 1e-2)) return std::nullopt;
-  return SO3d(q);
-}
-
 }  // namespace wayfare::ros

@@ -120,8 +120,4 @@ struct Layout {
 [[nodiscard]] Result<LevelMounting> mounting_of(const FrameTree& tree, const std::string& base,
                                                 const std::string& frame, io::Problems& problems);
 
-/// Rotates an inertial unit's axes to the robot's; nothing without a transform.
-[[nodiscard]] std::optional<SO3d> rotation_of(const FrameTree& tree, const std::string& base,
-                                              const std::string& frame);
-
 }  // namespace wayfare::ros

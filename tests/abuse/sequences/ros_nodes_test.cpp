@@ -78,7 +78,8 @@ void expect_sane(const SlamNodeOutput& out) {
 
 class Drive {
  public:
-  Drive(std::uint64_t seed, SlamNodeOptions options) : rng_(seed), node_(std::move(options)) {}
+  Drive(std::uint64_t seed, SlamNodeOptions options)
+      : rng_(seed), samples_(options.system != LaserSystem::submap), node_(std::move(options)) {}
 
   Published run(int calls) {
     for (int i = 0; i < calls && !::testing::Test::HasFailure(); ++i) call();
@@ -173,13 +174,24 @@ class Drive {
     node_.add(m, now_s_);
   }
   void add_turn_rate(LogTime time) {
+    if (samples_) return add_sample(time);
     Imu m = message_of(GyroSample{time, 0.01 * rng_.uniform()}, "imu");
     if (rng_.below(10) == 0) m.angular_velocity.x = any_number(rng_);
     node_.add(m, now_s_);
   }
+  void add_sample(LogTime time) {
+    const Eigen::Vector3d rate(0.01 * rng_.uniform(), 0.0, 0.1), force(0.0, 0.2, 9.8);
+    Imu m = message_of(ImuSample{time, rate, force}, rng_.below(30) == 0 ? "other" : "imu");
+    if (rng_.below(10) == 0) m.linear_acceleration.x = any_number(rng_);
+    if (rng_.below(10) == 0) m.angular_velocity.z = any_number(rng_);
+    node_.add(m, now_s_);
+    MagneticField field = magnetic_message_of({20.0, 0.0, -40.0}, time, "imu");
+    if (rng_.below(10) == 0) field.magnetic_field.y = any_number(rng_);
+    if (rng_.below(2) == 0) node_.add(field, now_s_);
+  }
   void add_transforms(LogTime time) {
     TfMessage tf;
-    for (const char* frame : {"laser", "radar"})
+    for (const char* frame : {"laser", "radar", "imu"})
       tf.transforms.push_back(transform_of(SE2d(0.2, 0.0, Angle()), time, "base_link", frame));
     if (rng_.below(6) == 0) tf.transforms[0].transform.translation.x = any_number(rng_);
     if (rng_.below(6) == 0) tf.transforms[1].transform.rotation.w = any_number(rng_);
@@ -187,6 +199,7 @@ class Drive {
   }
 
   Rng rng_;
+  bool samples_;
   SlamNode node_;
   LogTime time_ = kStart;
   double now_s_ = 50.0;
@@ -226,6 +239,20 @@ TEST(SlamNodeSequences, WithRadar) {
     static_cast<void>(Drive(seed, options).run(60));
     ASSERT_FALSE(HasFailure());
   }
+}
+
+TEST(SlamNodeSequences, OfAWalkerAndByHector) {
+  std::size_t poses = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SlamNodeOptions options = any_options(seed);
+    options.system = seed % 2 == 0 ? LaserSystem::hector : LaserSystem::pedestrian;
+    options.magnetometer = seed % 3 == 0;
+    if (seed % 4 < 2) options.unit_forward = Eigen::Vector3d::UnitX();
+    poses += Drive(seed, options).run(60).poses.size();
+    ASSERT_FALSE(HasFailure());
+  }
+  EXPECT_GT(poses, 200U);
 }
 
 TEST(SlamNodeSequences, TwoThreadsPublishTheSame) {

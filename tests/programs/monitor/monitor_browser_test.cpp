@@ -68,6 +68,34 @@ TEST(MonitorInABrowser, StartsAndStopsALiveLogger) {
   EXPECT_EQ(live.running->status().state, logger::LoggerState::recording);
 }
 
+// No recording can be read: graphs of the samples in the statuses. Then one grows, and its map.
+TEST(MonitorInABrowser, ShowsALoggerOverASerialLine) {
+  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
+  const Line line;
+  const LiveDevices live(line);
+  const auto server = serve({.live = line.second(), .baud = 115200});
+  const std::string seen = "document.querySelector(\".from-status\").hidden === false";
+  const std::string in_order =
+      "document.getElementById(\"checked\").textContent.includes(\"3 of 3 sensors in order\")";
+  const auto click = [](const std::string& what) {
+    return "document.querySelector(\"" + what + "\").click() || true";
+  };
+  EXPECT_EQ(browse(server->url(), "line.png",
+                   {seen, "kept.units.unit.t.length > 15", "kept.radars.radar !== undefined",
+                    "kept.scans.lidar !== undefined", drawn("force"), drawn("rate"), drawn("scan"),
+                    click("#check"), in_order}),
+            "all true\n");
+  EXPECT_EQ(browse(server->url(), "live_map.png",
+                   {"document.getElementById(\"state\").textContent === \"idle\"",
+                    click("[data-command=B]"), "document.body.dataset.ready === \"yes\"",
+                    "document.querySelector(\".from-status\").hidden", drawn("scan"),
+                    click("#make"), "document.getElementById(\"map\").naturalWidth > 10",
+                    "document.getElementById(\"making\").textContent.includes(\"followed\")",
+                    "(window.first = window.first || document.getElementById(\"map\").src) !== "
+                    "document.getElementById(\"map\").src"}),
+            "all true\n");
+}
+
 TEST(MonitorInABrowser, SaysWhenTheLoggerIsGone) {
   if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
   Live live;

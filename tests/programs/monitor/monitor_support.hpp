@@ -2,13 +2,24 @@
 
 // A recording and a live logger for the monitor's server, and its clients.
 
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
+#include "decode/rplidar_streams.hpp"
+#include "decode/ti_streams.hpp"
+#include "decode/xbus_streams.hpp"
 #include "logger/simulated_devices.hpp"
 #include "monitor/server.hpp"
 
@@ -74,6 +85,98 @@ inline httplib::Client client_of(const MonitorServer& server) {
   client.set_read_timeout(120);
   return client;
 }
+
+/// A line of two ends, each a serial port: what is written to one is read from the other.
+class Line {
+ public:
+  /// `flip` changes the bits of every byte to the second end, as a wrong rate does.
+  explicit Line(std::uint8_t flip = 0) : flip_(flip) {}
+  ~Line() {
+    stop_ = true;
+    thread_.join();
+  }
+  [[nodiscard]] const std::string& first() const { return a_.path(); }
+  [[nodiscard]] const std::string& second() const { return b_.path(); }
+
+ private:
+  static void pass(logger::PseudoTerminal& from, logger::PseudoTerminal& to, std::uint8_t flip) {
+    std::array<std::uint8_t, 4096> bytes;
+    const auto n = from.read(bytes, 5ms).value_or(0);
+    for (std::size_t i = 0; i < n; ++i) bytes[i] ^= flip;
+    static_cast<void>(to.write(std::span(bytes).first(n), 100ms));
+  }
+
+  logger::PseudoTerminal a_ = std::move(*logger::PseudoTerminal::open());
+  logger::PseudoTerminal b_ = std::move(*logger::PseudoTerminal::open());
+  std::uint8_t flip_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_{[this] {
+    while (!stop_) pass(a_, b_, flip_), pass(b_, a_, 0);
+  }};
+};
+
+/// A unit, a laser scanner and a radar that are played over and over; the logger has a serial
+/// control line.
+struct LiveDevices {
+  explicit LiveDevices(const Line& line) {
+    logger::LoggerOptions options;
+    options.folder = folder.path().string();
+    options.control_port = line.first();
+    options.status_every = 200ms;
+    const auto device = [&](const char* name, const char* kind, std::string bytes, double per_s) {
+      devices.push_back(std::make_unique<testing::Played>(
+          testing::SimulatedDevice{{name, kind, 115200, ""}, per_s, std::move(bytes)}, 1.0, 120.0));
+      logger::SensorOptions sensor;
+      sensor.device = {name, kind, 115200, ""};
+      sensor.port = devices.back()->path();
+      options.sensors.push_back(sensor);
+    };
+    device("unit", "xsens", unit(), 2600.0);
+    device("lidar", "rplidar", room(), 5000.0);
+    device("radar", "ti_mmwave", frames(), 3000.0);
+    running = std::move(*logger::Logger::start(options));
+    for (const auto& played : devices) played->start();
+  }
+
+  /// MTData2 of a unit that nods once a second.
+  static std::string unit() {
+    decode::Stream all;
+    for (int i = 0; i < 100; ++i) {
+      const float swing = std::sin(0.02F * std::numbers::pi_v<float> * static_cast<float>(i));
+      decode::Stream data;
+      const auto packet = [&](std::uint16_t id, float x, float y, float z) {
+        decode::put(data, id);
+        decode::put<std::uint8_t>(data, 12);
+        for (const float v : {x, y, z}) decode::put(data, std::bit_cast<std::uint32_t>(v));
+      };
+      packet(0x4020, 2.0F * swing, 0.0F, 9.8F);
+      packet(0x8020, 0.0F, swing, 0.1F);
+      decode::append(all, decode::message(decode::XbusId::mt_data2, data));
+    }
+    return {all.begin(), all.end()};
+  }
+  /// Revolutions in a room six by four metres, for two minutes: of one answer to a request.
+  static std::string room() {
+    decode::Stream all = decode::descriptor(decode::RplidarResponse::node, 5, true);
+    for (int i = 0; i < 400 * 360; ++i) {
+      const double a = (i % 360) * std::numbers::pi / 180.0;
+      const double reach_m = std::min(3.0 / std::abs(std::cos(a)), 2.0 / std::abs(std::sin(a)));
+      decode::append(
+          all, decode::node(i % 360 * 64, static_cast<int>(4000.0 * reach_m), 15, i % 360 == 0));
+    }
+    return {all.begin(), all.end()};
+  }
+  static std::string frames() {
+    decode::Stream all;
+    for (std::uint32_t i = 1; i <= 20; ++i)
+      decode::append(all, decode::frame(i, 3, {decode::float_points(3), decode::side_info(3)}));
+    return {all.begin(), all.end()};
+  }
+
+  TemporaryFolder folder;
+  std::vector<std::unique_ptr<testing::Played>> devices;
+  std::unique_ptr<logger::Logger> running;
+};
 
 /// A logger with one unit.
 struct Live {

@@ -24,6 +24,11 @@ class Driven {
     node.add(ros::message_of(scan, "laser"), now_s);
     work();
   }
+  void sample(const MargSample& s) {
+    node.add(ros::message_of(ImuSample{s.time, s.angular_rate_radps, s.specific_force_mps2}, "imu"),
+             now_s);
+    work();
+  }
   void radar(const RadarScan& scan) {
     node.add(ros::message_of(scan, "radar"), now_s);
     work();

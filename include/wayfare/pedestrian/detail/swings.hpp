@@ -56,6 +56,10 @@ class BandPassFilter {
   }
 
   [[nodiscard]] double now() const { return now_; }
+  /// The time of the present crest, if its swing may still end.
+  [[nodiscard]] std::optional<LogTime> crest() const {
+    return above_ ? std::optional(swing_.time) : std::nullopt;
+  }
 
  private:
   /// Removes the mean (gravity) and frequencies above those of steps; two poles each.
@@ -91,6 +95,9 @@ class GaitStartDetector {
     count_ = 0;
     resuming_ = resuming;
   }
+
+  /// The first of the steps that are no walk yet; there is one after `add` that gave none.
+  [[nodiscard]] LogTime first() const { return steps_[0].time; }
 
   /// The steps of the walk once it has started, else none.
   [[nodiscard]] std::span<const Step> add(const Step& step) {
