@@ -45,7 +45,7 @@ endforeach()
 foreach(package IN ITEMS libeigen3-dev zlib1g-dev libpng-dev)
   expect("libwayfare-dev: Depends" "${libwayfare-dev_depends}" "${package}")
 endforeach()
-foreach(package IN ITEMS libc6 libstdc.. libpng16-16 zlib1g)  # by dpkg-shlibdeps
+foreach(package IN ITEMS libc6 libstdc..6 libpng16-16 zlib1g)  # by dpkg-shlibdeps
   expect("wayfare-tools: Depends" "${wayfare-tools_depends}" "(^|, )${package} ")
 endforeach()
 foreach(file IN ITEMS include/wayfare/core.hpp "${LIBDIR}/libwayfare_io.a"

@@ -40,8 +40,6 @@ bad_file(simulate "${_nowhere}.plan" --out "${_x}.log" --voxels FILE --way FILE)
 bad_file(simulate_drive --config FILE --out "${_x}_drive")
 bad_file(slam_matchers FILE FILE)
 bad_file(spp --obs FILE --nav FILE)
-# They fail before they look for a master.
-bad_file(play_recording FILE)
 foreach(_program IN ITEMS tune tune_against_pagmo)  # a folder
   set_property(GLOBAL APPEND PROPERTY WAYFARE_PROGRAMS_WITH_FILES ${_program})
 endforeach()
@@ -49,7 +47,8 @@ program_test(tune_without_its_folder 1 "nowhere: does not exist"
   COMMAND "${_tune};--training;${_nowhere};--out;${_x}_tune")
 program_test(radar_statistics_without_captures 1 "nowhere"
   COMMAND "$<TARGET_FILE:radar_statistics>;--captures;${_nowhere}")
-foreach(_case IN ITEMS "slam_node;--config" "pedestrian_node;--calibration" "radar_driver_node;--port;x;--config")
+# They fail before they look for a master.
+foreach(_case IN ITEMS "play_recording" "slam_node;--config" "hector_node;--config" "pedestrian_slam_node;--config" "pedestrian_node;--calibration" "radar_driver_node;--port;x;--config")
   list(POP_FRONT _case _program)
   if(TARGET ${_program})
     program_test(${_program}_without_its_file 1 "nowhere: does not exist"
@@ -59,8 +58,8 @@ endforeach()
 
 # No program is forgotten.
 set(_without_files corridor_study demo feet_study hallway_comparison ins_consistency lidar_driver_node
-    localisation_table pedestrian_node pedestrian_slam_study radar_driver_node radar_slam_study
-    radar_statistics slam_node sweep_study)
+    hector_node localisation_table pedestrian_node pedestrian_slam_node pedestrian_slam_study play_recording
+    radar_driver_node radar_slam_study radar_statistics slam_node sweep_study xsens_driver_node)
 get_property(_all GLOBAL PROPERTY WAYFARE_PROGRAMS)
 get_property(_with_files GLOBAL PROPERTY WAYFARE_PROGRAMS_WITH_FILES)
 foreach(_program IN LISTS _all)

@@ -97,7 +97,7 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
   app.add_choice("--solver", a.solver, kSolvers,
                  "sparse Cholesky (default block: that of wayfare)");
   app.add_number("--threads", a.options.threads, 1, 256,
-                 "worker threads of the block solver; results do not depend on their number");
+                 "worker threads; of the block solver; results do not depend on their number");
   app.add_number("--max-iterations", a.options.max_iterations, 1, 1'000'000,
                  "largest number of linear systems solved");
 }
