@@ -17,7 +17,7 @@ namespace {
 
 struct Arguments : SlamArguments {
   std::string relations, config;
-  bool no_odometry = false;
+  bool no_odometry = false, relations_by_scan = false;
 };
 
 void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
@@ -25,6 +25,9 @@ void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
   add_out(app, o);
   o.truth.add_options(app);
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
+  app.add_flag("--relations-by-scan", o.relations_by_scan,
+               "the times of --relations are numbers of scans, from 0: for logs with other clocks")
+      .needs("--relations");
   app.add_file("--config", o.config, "JSON file of options; see --print-config");
   add_threads(app, o.threads);
   add_seed(app, o, "of the random numbers: " + program.system + " uses none");
@@ -53,8 +56,8 @@ Result<void> read_config(const std::string& path, const LogProgram& program) {
   return error;
 }
 
-Result<Recording> read_recording(const Arguments& o) {
-  auto recording = read_robot_log(o.log, o.topics);
+Result<Recording> read_recording(const Arguments& o, Doubt& doubt) {
+  auto recording = read_robot_log(o.log, o.topics, true, &doubt);
   if (!recording) return recording;
   if (o.no_odometry) recording->odometry.clear();
   drop_still_odometry(*recording);
@@ -81,16 +84,20 @@ Facts facts_of(const Recording& recording, const Timed<LogRun>& run) {
   return facts;
 }
 
-Result<void> run(const Arguments& o, const LogProgram& program) {
-  if (auto ok = read_config(o.config, program); !ok) return ok;
-  const auto relations = read_relations_or_none(o.relations);
+Result<Doubt> run(const Arguments& o, const LogProgram& program) {
+  if (auto ok = read_config(o.config, program); !ok) return ok.error();
+  auto relations = read_relations_or_none(o.relations);
   if (!relations) return relations.error();
-  const auto recording = read_recording(o);
+  Doubt doubt;
+  const auto recording = read_recording(o, doubt);
   if (!recording) return recording.error();
+  if (o.relations_by_scan) relations = eval::relations_by_scan(*relations, recording->scans);
+  if (!relations) return relations.error();
   const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
-  if (auto ready = prepare_folder(o.out, o.write(), program.more_files); !ready) return ready;
-  if (auto ready = o.prepare_json(); !ready) return ready;
+  if (auto ready = prepare_folder(o.out, o.write(), program.more_files); !ready)
+    return ready.error();
+  if (auto ready = o.prepare_json(); !ready) return ready.error();
   const auto run = run_timed(program.system, o.quiet, [&](ProgressLine& progress) {
     return program.run(*recording, o, std::ref(progress));
   });
@@ -108,7 +115,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   const auto report = write_slam_outputs(o.out, outputs, o.write(), o.json);
   if (!report) return report.error();
   if (!o.quiet) print_report(outputs, *report);
-  return {};
+  return doubt;
 }
 
 }  // namespace
@@ -125,8 +132,25 @@ void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& tex
   app.add_option("--seed", arguments.seed, text).show_default();
 }
 
+namespace {
+
+/// What a user must know of a log's times and lines before its results.
+void say_state(const std::string& path, const io::CarmenLog& log, Doubt* doubt) {
+  const io::CarmenStatistics& count = log.statistics;
+  if (!count.clock_reason.empty())
+    std::fprintf(stderr, "warning: %s: %s\n", path.c_str(), count.clock_reason.c_str());
+  if (count.skipped_lines * 100 <= count.lines) return;
+  const std::string skipped =
+      std::to_string(count.skipped_lines) + " of " + std::to_string(count.lines) +
+      " lines of the log were skipped, most: " + log.problems.most_frequent();
+  std::fprintf(stderr, "warning: %s: %s\n", path.c_str(), skipped.c_str());
+  if (doubt != nullptr && count.skipped_lines * 2 > count.lines) doubt->why = skipped;
+}
+
+}  // namespace
+
 Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames& topics,
-                                 bool needs_laser) {
+                                 bool needs_laser, Doubt* doubt) {
   const auto recording_of = [](auto read) -> Result<Recording> {
     if (!read) return read.error();
     print_problems(read->problems);
@@ -142,7 +166,9 @@ Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames&
   if (logger::is_recording(path)) return recording_of(logger::read_robot_recording(path));
   io::CarmenOptions options;
   options.needs_laser = needs_laser;
-  return recording_of(io::read_carmen(path, options));
+  auto log = io::read_carmen(path, options);
+  if (log) say_state(path, *log, doubt);
+  return recording_of(std::move(log));
 }
 
 void drop_still_odometry(Recording& recording) {

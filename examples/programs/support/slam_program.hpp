@@ -45,10 +45,10 @@ inline constexpr const char* kRobotLogs =
     "CARMEN text, plain or gzip, a ROS recording (ROS 2's .mcap, ROS 1's .bag) or a logger's "
     "recording (.mcap)";
 /// Without odometry, it is computed from the wheels. Reports skipped lines on standard error.
-/// `needs_laser`: CARMEN text without scans is an error.
+/// `needs_laser`: CARMEN text without scans is an error. `doubt`: that most lines were skipped.
 [[nodiscard]] Result<Recording> read_robot_log(const std::string& path,
                                                const ros::TopicNames& topics = {},
-                                               bool needs_laser = true);
+                                               bool needs_laser = true, Doubt* doubt = nullptr);
 
 /// Odometry that never moves, as in the logs of carriers without wheels, is none.
 void drop_still_odometry(Recording& recording);

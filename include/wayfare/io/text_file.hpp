@@ -89,6 +89,9 @@ class Problems {
   [[nodiscard]] bool empty() const { return count_ == 0; }
   /// In the order of the file.
   [[nodiscard]] const std::vector<Error>& first() const { return first_; }
+  /// What most of the faults kept in full are: the message up to its details, without numbers; empty
+  /// if there is none.
+  [[nodiscard]] std::string most_frequent() const;
 
  private:
   std::size_t capacity_ = 100;

@@ -174,8 +174,7 @@ class CarmenReader {
     const carmen::ClockRepair repair =
         carmen::repair_clock(collector_.lines(), scans, options_.pair_period);
     log_.statistics.clock = repair.state;
-    if (!repair.reason.empty())
-      faults_.note(Error{ErrorCode::invalid, repair.reason}, scans.front().line);
+    log_.statistics.clock_reason = repair.reason;
   }
 
   [[nodiscard]] bool empty() const {

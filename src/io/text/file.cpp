@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <memory>
 #include <system_error>
 #include <utility>
@@ -332,6 +333,18 @@ std::string format_nanoseconds(std::int64_t nanoseconds) {
   if (text.size() < 10) text.insert(0, 10 - text.size(), '0');
   text.insert(text.size() - 9, 1, '.');
   return negative ? "-" + text : text;
+}
+
+std::string Problems::most_frequent() const {
+  std::map<std::string, std::size_t> kinds;
+  for (const Error& error : first_) {
+    std::string kind = error.message.substr(0, error.message.find(':'));
+    std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
+    ++kinds[kind];
+  }
+  const auto most = std::max_element(
+      kinds.begin(), kinds.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == kinds.end() ? std::string() : most->first;
 }
 
 }  // namespace wayfare::io
