@@ -89,3 +89,19 @@ program_test(doubt_of_pose_graph 3 "in doubt: the optimisation ended after --max
   FILES "${_out}/zigzag_1.g2o")
 program_test(no_doubt_of_pose_graph 0 "iterations"
   COMMAND "${_graph};${_out}/zigzag.g2o;--out;${_out}/zigzag_100.g2o;--force")
+
+# A log whose stamps are all zero is numbered, with relations by the scans' numbers; one of which
+# most lines are cut off is in doubt.
+string(REPEAT " 2.5" 180 _ranges)
+set(_line "FLASER 180${_ranges} 0 0 0 0 0 0 0 host 0\n")
+string(REPEAT "${_line}FLASER 180 1 1\n" 8 _half)
+file(WRITE "${_out}/no_stamps.log" "${_half}")
+file(WRITE "${_out}/by_scan.relations" "0 1 0 0 0 0 0 0\n")
+program_test(log_without_stamps 0 "warning.*time stamps cannot be used: all are.*8 of 16 lines.*the line ends.*1 of 1"
+  COMMAND "${_slam};${_out}/no_stamps.log;--relations;${_out}/by_scan.relations;--relations-by-scan;--out;${_out}/no_stamps;--force")
+file(WRITE "${_out}/wrong_scan.relations" "0 8 0 0 0 0 0 0\n")
+program_test(relations_beyond_the_scans 1 "not the number of one of the 8 scans"
+  COMMAND "${_slam};${_out}/no_stamps.log;--relations;${_out}/wrong_scan.relations;--relations-by-scan;--out;${_x}")
+file(WRITE "${_out}/cut_off.log" "${_half}FLASER 180 1 1\n")
+program_test(doubt_of_graph_slam 3 "in doubt: 9 of 17 lines of the log were skipped, most: the line ends after"
+  COMMAND "${_slam};${_out}/cut_off.log;--out;${_out}/cut_off;--force")
