@@ -27,7 +27,7 @@ Result<SE2d> in_plane(const SE3d& pose) {
       {{pose.translation().x(), pose.translation().y(), 0.0}, {q.x(), q.y(), q.z(), q.w()}});
 }
 
-std::string quoted(std::string_view name) { return "'" + std::string(name) + "'"; }
+std::string in_quotes(std::string_view name) { return "'" + std::string(name) + "'"; }
 
 /// A transform over time, from its parent.
 class Step {
@@ -124,11 +124,12 @@ std::vector<TransformChain::Named> TransformChain::way_up(std::string_view frame
 Error TransformChain::broken(std::string_view base, std::string_view frame) const {
   const auto end = [&](std::string_view from) {
     const auto way = way_up(from);
-    return way.empty() ? quoted(from) + " has no parent"
-                       : quoted(from) + " leads up to " + quoted(way.back()->second.parent);
+    return way.empty() ? in_quotes(from) + " has no parent"
+                       : in_quotes(from) + " leads up to " + in_quotes(way.back()->second.parent);
   };
-  return {ErrorCode::not_found, "has no transform from " + quoted(base) + " to " + quoted(frame) +
-                                    ": the chain is broken, " + end(frame) + ", " + end(base)};
+  return {ErrorCode::not_found, "has no transform from " + in_quotes(base) + " to " +
+                                    in_quotes(frame) + ": the chain is broken, " + end(frame) +
+                                    ", " + end(base)};
 }
 
 Result<Trajectory> TransformChain::poses(std::string_view base, std::string_view frame) const {
@@ -144,12 +145,12 @@ Result<Trajectory> TransformChain::poses(std::string_view base, std::string_view
   const auto steps = [](const std::vector<Named>& way) {
     Way result;
     for (const Named link : way)
-      result.emplace_back(quoted(link->second.parent) + " -> " + quoted(link->first),
+      result.emplace_back(in_quotes(link->second.parent) + " -> " + in_quotes(link->first),
                           link->second.is_static, link->second.poses);
     return result;
   };
   const Way of_frame = steps(up_frame), of_base = steps(up_base);
-  const std::string between = " from " + quoted(base) + " to " + quoted(frame);
+  const std::string between = " from " + in_quotes(base) + " to " + in_quotes(frame);
   const std::vector<LogTime> times = times_of(of_frame, of_base);
   if (times.empty()) return Error{ErrorCode::degenerate, "has only constant transforms" + between};
   Trajectory result;
