@@ -12,7 +12,7 @@ namespace wayfare::decode {
 
 using UbxBytes = std::vector<std::uint8_t>;
 
-inline void append(UbxBytes& to, const UbxBytes& bytes) {
+inline void append_bytes(UbxBytes& to, const UbxBytes& bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
@@ -36,25 +36,27 @@ inline UbxBytes rawx(const UbxRawxEpoch& epoch, const std::vector<UbxMeasurement
   put_le(p, static_cast<std::uint8_t>(measurements.size()));
   put_le(p, static_cast<std::uint8_t>((epoch.leap_seconds_known ? 1 : 0) |
                                       (epoch.clock_reset ? 2 : 0)));
-  append(p, {1, 0, 0});  // version and reserved bytes
+  append_bytes(p, {1, 0, 0});  // version and reserved bytes
   for (const UbxMeasurement& m : measurements) {
     put_le(p, m.pseudorange_m);
     put_le(p, m.carrier_phase_cycles);
     put_le(p, m.doppler_hz);
-    append(p, {static_cast<std::uint8_t>(m.gnss), static_cast<std::uint8_t>(m.satellite),
-               static_cast<std::uint8_t>(m.signal),
-               static_cast<std::uint8_t>(m.gnss == UbxGnss::glonass ? m.glonass_channel + 7 : 0)});
+    append_bytes(
+        p, {static_cast<std::uint8_t>(m.gnss), static_cast<std::uint8_t>(m.satellite),
+            static_cast<std::uint8_t>(m.signal),
+            static_cast<std::uint8_t>(m.gnss == UbxGnss::glonass ? m.glonass_channel + 7 : 0)});
     put_le(p, static_cast<std::uint16_t>(std::lround(1e3 * m.lock_time_s)));
-    append(p, {static_cast<std::uint8_t>(m.cn0_db_hz),
-               static_cast<std::uint8_t>(std::lround(std::log2(m.pseudorange_sigma_m / 0.01))),
-               static_cast<std::uint8_t>(std::isinf(m.carrier_phase_sigma_cycles)
-                                             ? 15
-                                             : std::lround(m.carrier_phase_sigma_cycles / 0.004)),
-               static_cast<std::uint8_t>(std::lround(std::log2(m.doppler_sigma_hz / 0.002))),
-               static_cast<std::uint8_t>(
-                   (m.pseudorange_valid ? 1 : 0) | (m.carrier_phase_valid ? 2 : 0) |
-                   (m.half_cycle_resolved ? 4 : 0) | (m.half_cycle_subtracted ? 8 : 0)),
-               0});
+    append_bytes(
+        p, {static_cast<std::uint8_t>(m.cn0_db_hz),
+            static_cast<std::uint8_t>(std::lround(std::log2(m.pseudorange_sigma_m / 0.01))),
+            static_cast<std::uint8_t>(std::isinf(m.carrier_phase_sigma_cycles)
+                                          ? 15
+                                          : std::lround(m.carrier_phase_sigma_cycles / 0.004)),
+            static_cast<std::uint8_t>(std::lround(std::log2(m.doppler_sigma_hz / 0.002))),
+            static_cast<std::uint8_t>(
+                (m.pseudorange_valid ? 1 : 0) | (m.carrier_phase_valid ? 2 : 0) |
+                (m.half_cycle_resolved ? 4 : 0) | (m.half_cycle_subtracted ? 8 : 0)),
+            0});
   }
   return ubx(UbxId::rxm_rawx, p);
 }

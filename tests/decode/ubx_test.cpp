@@ -28,7 +28,7 @@ TEST(Ubx, SatisfiesTheLawsOfDecoders) {
   for (int i = 0; i < 40; ++i) {
     UbxBytes payload(rng.below(120));
     for (std::uint8_t& byte : payload) byte = static_cast<std::uint8_t>(rng());
-    append(stream, ubx(static_cast<UbxId>(rng.below(0x10000)), payload));
+    append_bytes(stream, ubx(static_cast<UbxId>(rng.below(0x10000)), payload));
   }
   testing::DecoderLaws<UbxDecoder> laws{
       stream, [](const UbxMessage& m) { return std::string(m.bytes().begin(), m.bytes().end()); }};
@@ -151,7 +151,7 @@ TEST(Ubx, LengthsThatDoNotFitAreRefused) {
 
 TEST(Ubx, ATooLongPayloadIsMalformed) {
   UbxBytes bytes = {0xB5, 0x62, 0x02, 0x15, 0xFF, 0xFF};
-  append(bytes, ubx(UbxId::nav_pvt, UbxBytes(92)));
+  append_bytes(bytes, ubx(UbxId::nav_pvt, UbxBytes(92)));
   int messages = 0;
   const DecoderStatistics s = each_ubx(bytes, [&](const UbxMessage&) { ++messages; });
   EXPECT_EQ(messages, 1);
