@@ -9,9 +9,11 @@
 #include <vector>
 
 #include <wayfare/io/carmen.hpp>
+#include <wayfare/nav/travel_direction.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "evaluate.hpp"
+#include "log_options.hpp"
 #include "outputs.hpp"
 #include "support/option_fields.hpp"
 #include "support/progress_line.hpp"
@@ -22,12 +24,16 @@ namespace {
 using namespace wayfare;
 using namespace wayfare::examples;
 
+enum class Direction { automatic, wheels, scans };
+
 struct Options : SlamArguments {
   std::string config;
+  Direction direction = Direction::automatic;
   int simulated = 0, passes = 4;
-  double added_bias_deg_s = 0.0;
+  double added_bias_deg_s = 0.0, rate_hz = 0.0;
+  WallSearch search = WallSearch::tracking;
   std::vector<double> origin;
-  bool no_walls_across = false, rest = false;
+  bool no_walls_across = false, rest = false, no_building = false, compare = false, marks = false;
 };
 
 /// A recording with options and truth.
@@ -38,55 +44,6 @@ struct Job {
   std::optional<sim::CorridorDrive> drive;
   double rest_s = 0.0;
 };
-
-/// For logs of unknown lasers and wheels; without gyro, the yaw rate is that of the odometry.
-CorridorInsOptions log_defaults(bool has_gyro) {
-  CorridorInsOptions o;
-  o.walls.range_noise_m = 0.015;
-  o.walls.flatness_m = 0.01;
-  o.walls.split_m = 0.05;
-  o.square_sigma_rad = 0.01;
-  o.wall_offset_sigma_m = 0.02;
-  o.wall_direction_sigma_rad = 0.01;
-  o.noise.slip_m_per_sqrt_m = 0.02;
-  o.noise.acceleration_sigma_m_s2 = 1e-6;
-  o.start_scale = 0.03;
-  o.start_bias_rad_s = 0.06;
-  o.start_drift_rad_s2 = has_gyro ? 6e-6 : 1e-9;
-  o.greatest_acceleration_m_s2 = 20.0;  // the times of odometry are not exact
-  o.rest_calibrates = has_gyro;         // odometry at rest has zero yaw rate
-  if (!has_gyro) {
-    o.noise.angle_random_walk_rad_per_sqrt_s = 0.01;
-    o.noise.bias_sigma_rad_s = 1e-5;
-    o.gyro_range_rad_s = 20.0;
-    o.turn_error = 0.1;
-  }
-  return o;
-}
-
-std::vector<OptionField> fields(CorridorInsOptions& o) {
-  return {
-      option_field("range_noise_m", o.walls.range_noise_m),
-      option_field("flatness_m", o.walls.flatness_m),
-      option_field("reach_m", o.walls.max_range_m),
-      option_field("split_m", o.walls.split_m),
-      option_field("least_support_m", o.walls.min_support_m),
-      option_field("least_correlation", o.walls.min_correlation),
-      option_field("angle_random_walk_rad_per_sqrt_s", o.noise.angle_random_walk_rad_per_sqrt_s),
-      option_field("bias_sigma_rad_s", o.noise.bias_sigma_rad_s),
-      option_field("bias_tau_s", o.noise.bias_tau_s),
-      option_field("slip_m_per_sqrt_m", o.noise.slip_m_per_sqrt_m),
-      option_field("start_bias_rad_s", o.start_bias_rad_s),
-      option_field("start_drift_rad_s2", o.start_drift_rad_s2),
-      option_field("start_scale", o.start_scale),
-      option_field("greatest_acceleration_m_s2", o.greatest_acceleration_m_s2),
-      option_field("wall_offset_sigma_m", o.wall_offset_sigma_m),
-      option_field("wall_direction_sigma_rad", o.wall_direction_sigma_rad),
-      option_field("turn_error", o.turn_error),
-      option_field("square_sigma_rad", o.square_sigma_rad),
-      option_field("tracking_m", o.walls.tracking_m),
-      option_field("gate_probability", o.gate_probability)};
-}
 
 Result<Job> simulated_job(const Options& o) {
   sim::CorridorDriveParams p;
@@ -113,10 +70,24 @@ Result<Job> log_job(const Options& o) {
   return job;
 }
 
+/// The motion of the log; forward or backward from the scans if it was counted without sign.
+SignedMotion signed_motion_of(const Job& job, Direction direction) {
+  auto motion = motion_of(job.recording);
+  const bool unsigned_counts =
+      direction == Direction::automatic && !job.drive && counts_without_sign(motion);
+  if (direction == Direction::scans || unsigned_counts) return sign_motion(job.recording, motion);
+  return {std::move(motion), 0};
+}
+
+std::vector<MotionSample> biased(std::vector<MotionSample> motion, double added_rad_s) {
+  for (MotionSample& sample : motion) sample.turn_rate_rad_s += added_rad_s;
+  return motion;
+}
+
 /// Several passes over the log, each with the bias of the last: the result then does not depend on
 /// the initial bias error.
-Result<CorridorRun> run_passes(const Job& job, const Options& o, double added_rad_s) {
-  const auto motion = motion_of(job.recording, added_rad_s);
+Result<CorridorRun> run_passes(const Job& job, const Options& o,
+                               std::span<const MotionSample> motion) {
   CorridorInsOptions options = job.options;
   const int passes = job.drive ? 1 : o.passes;
   ProgressLine progress("corridors", o.quiet);
@@ -135,6 +106,7 @@ Result<CorridorRun> run_passes(const Job& job, const Options& o, double added_ra
 struct Runs {
   CorridorRun aided, unaided;
   std::optional<CorridorRun> without_added;  ///< aided, no bias added
+  std::size_t reversed = 0;                  ///< samples of motion made backward
 };
 
 /// The simulated drive or the log, with the options of --config.
@@ -142,9 +114,14 @@ Result<Job> make_job(const Options& o) {
   auto job = o.simulated > 0 ? simulated_job(o) : log_job(o);
   if (!job) return job;
   if (!o.config.empty()) {
-    if (auto ok = read_option_fields(o.config, fields(job->options)); !ok) return ok.error();
+    if (auto ok = read_option_fields(o.config, corridor_option_fields(job->options)); !ok)
+      return ok.error();
   }
   if (o.no_walls_across) job->options.use_end_walls = false;
+  if (o.no_building) job->options.building_sigma_rad = 0.0;
+  if (o.marks) job->options.marks_sigma_m = 0.05;
+  if (o.rate_hz > 0.0) job->options.least_scan_interval = from_seconds(1.0 / o.rate_hz);
+  job->options.search = o.search;
   if (o.rest) job->options.rest_calibrates = true;
   if (o.origin.size() == 3) job->options.latitude_rad = Angle::degrees(o.origin[0]).radians();
   return job;
@@ -153,20 +130,21 @@ Result<Job> make_job(const Options& o) {
 /// All options of --config with their defaults for logs.
 std::string corridor_options_text() {
   CorridorInsOptions defaults = log_defaults(false);
-  return option_fields_text(fields(defaults));
+  return option_fields_text(corridor_option_fields(defaults));
 }
 
 Result<Runs> run_all(const Job& job, const Options& o) {
   const double added = Angle::degrees(o.added_bias_deg_s).radians();
-  auto aided = run_passes(job, o, added);
+  SignedMotion motion = signed_motion_of(job, o.direction);
+  auto aided = run_passes(job, o, biased(motion.motion, added));
   if (!aided) return aided.error();
   CorridorInsOptions alone = job.options;
   alone.use_walls = false;
   auto unaided = run_corridor_ins(job.recording, motion_of(job.recording, added), alone);
   if (!unaided) return unaided.error();
-  Runs runs{*std::move(aided), *std::move(unaided), {}};
+  Runs runs{*std::move(aided), *std::move(unaided), {}, motion.reversed};
   if (added == 0.0) return runs;
-  auto plain = run_passes(job, o, 0.0);
+  auto plain = run_passes(job, o, motion.motion);
   if (!plain) return plain.error();
   runs.without_added = *std::move(plain);
   return runs;
@@ -209,16 +187,24 @@ void add_bias_facts(const Job& job, const Runs& runs, const Options& o, Facts& f
                                              " deg/s");
 }
 
+void add_direction_facts(const Runs& runs, Facts& facts) {
+  if (runs.reversed > 0)
+    facts.emplace_back("driven backward", std::to_string(runs.reversed) + " samples, by the scans");
+}
+
 void add_report_facts(const CorridorReport& r, Facts& facts) {
   const auto share = [&](std::size_t n) {
     return std::to_string(n) + " (" +
            eval::fixed(100.0 * static_cast<double>(n) / static_cast<double>(r.scans), 1) + " %)";
   };
   facts.emplace_back("scans", std::to_string(r.scans));
+  if (r.skipped_scans > 0) facts.emplace_back("skipped", std::to_string(r.skipped_scans));
   facts.emplace_back("with walls", share(r.scans_with_walls));
   facts.emplace_back("walls used", share(r.scans_used));
   facts.emplace_back("by tracking", share(r.tracked));
   facts.emplace_back("end walls", share(r.end_walls_used));
+  if (r.marks_used > 0) facts.emplace_back("marks", share(r.marks_used));
+  if (r.headings_used > 0) facts.emplace_back("building headings", share(r.headings_used));
   facts.emplace_back("corridors", std::to_string(r.corridors));
   facts.emplace_back("longest outage", eval::fixed(to_seconds(r.longest_outage), 1) + " s");
   facts.emplace_back("refused", std::to_string(r.refused_walls) + " scans, " +
@@ -261,6 +247,7 @@ Result<void> run(const Options& o) {
   std::vector<std::string> files = {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png",
                                     "report.html"};
   if (o.simulated > 0) files.emplace_back("log.carmen");
+  if (o.compare) files.emplace_back("detectors.txt");
   if (auto ready = o.prepare(files); !ready) return ready;
   const auto job = make_job(o);
   if (!job) return job.error();
@@ -275,6 +262,11 @@ Result<void> run(const Options& o) {
                           plane_of(o)};
   add_bias_facts(*job, *runs, o, outputs.facts);
   add_report_facts(runs->aided.report, outputs.facts);
+  add_direction_facts(*runs, outputs.facts);
+  if (o.compare) {
+    outputs.detectors = compare_detectors(job->recording, job->options.walls);
+    add_detector_facts(outputs.detectors, outputs.facts);
+  }
   if (job->drive) {
     outputs.tables.emplace_back("Position RMSE by sections", section_table(*job, *runs));
     for (const CorridorEpoch& e : runs->aided.epochs)
@@ -309,6 +301,23 @@ void add_options(CommandLine& app, Options& o) {
   app.add_file("--config", o.config, "JSON file of options; see --print-config");
   app.add_number("--passes", o.passes, 1, 20,
                  "passes over a log, each started with the bias of the last");
+  app.add_flag("--no-building", o.no_building,
+               "logs: do not take headings from all walls of a scan, along and across the first");
+  app.add_flag("--marks", o.marks,
+               "follow edges of doors and recesses for the way along a corridor");
+  app.add_option("--rate", o.rate_hz, "use scans at this rate at most, Hz; default: all")
+      .range(0.001, 1e6);
+  app.add_choice<WallSearch>(
+      "--walls", o.search, {{"tracking", WallSearch::tracking}, {"windows", WallSearch::windows}},
+      "find walls by tracking and segments (default), or by curve fitting in moving windows");
+  app.add_flag("--compare-detectors", o.compare,
+               "also find the walls of each scan by tracking and by curve fitting: times and "
+               "directions in the report and detectors.txt");
+  app.add_choice<Direction>(
+      "--direction", o.direction,
+      {{"auto", Direction::automatic}, {"wheels", Direction::wheels}, {"scans", Direction::scans}},
+      "forward or backward by the wheels' sign or from the scans; auto: from the scans if "
+      "the wheels never count backwards");
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls only");
   app.add_flag("--rest", o.rest, "estimate the bias from odometry at rest too");
   add_seed(app, o, "of the simulation");

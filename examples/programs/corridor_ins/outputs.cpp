@@ -28,7 +28,7 @@ std::vector<eval::Evaluated> errors_of(const CorridorOutputs& o) {
 }
 
 const char* name_of(WallOutcome outcome) {
-  constexpr std::array<const char*, 4> kNames = {"used", "none", "refused", "acquired"};
+  constexpr std::array<const char*, 5> kNames = {"used", "none", "refused", "acquired", "skipped"};
   return kNames[static_cast<std::size_t>(outcome)];
 }
 
@@ -160,6 +160,10 @@ io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
   report.heading("Gyro bias").plot(bias_plot(o));
   report.heading("Walls in scans")
       .image(walls, "Eight scans, 20 m wide, ahead is up: side walls green, end wall red.");
+  if (!o.detectors.empty()) {
+    report.heading("Tracking and curve fitting");
+    for (const io::Plot& plot : detector_plots(o.detectors)) report.plot(plot);
+  }
   if (!o.run.report.events.empty()) report.heading("Events").table(events_table(o));
   return report;
 }
@@ -175,6 +179,11 @@ TitledTables tables_of(const CorridorOutputs& o) {
 
 Result<void> write_corridor_outputs(const OutputArguments& to, const CorridorOutputs& o) {
   const io::Image walls = walls_picture(o);
+  if (!o.detectors.empty())
+    if (auto done =
+            io::write_file(to.path("detectors.txt"), detectors_text(o.detectors), to.write());
+        !done)
+      return done;
   return first_error({io::write_file(to.path("navigation.txt"), navigation_text(o), to.write()),
                       io::write_tum(to.path("trajectory.tum"), trajectory_of(o.run), to.write()),
                       io::write_tum(to.path("unaided.tum"), trajectory_of(o.unaided), to.write()),

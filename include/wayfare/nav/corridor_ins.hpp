@@ -33,10 +33,19 @@ enum class WallMemory {
   one_scan,  ///< from scan to scan, as Liu 2015, (6), (7) and (25)
 };
 
+/// How walls are found in a scan.
+enum class WallSearch {
+  tracking,  ///< tracked from a prediction, acquired from segments
+  windows,   ///< WallDetector::fit_windows(), the curve fitting that Liu 2015 compares with
+};
+
 struct CorridorInsOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
   WallOptions walls{};
   WallMemory memory = WallMemory::corridor;
+  WallSearch search = WallSearch::tracking;
+  /// Scans sooner after the last one used are skipped; 0: all are used. Liu 2015 updates at 5 Hz.
+  Duration least_scan_interval{0};
   CorridorNoise noise{};
   bool use_walls = true;             ///< false: dead reckoning only
   bool use_end_walls = true;         ///< walls across the corridor observe the position along it
@@ -56,6 +65,12 @@ struct CorridorInsOptions {
   double wall_direction_sigma_rad = 0.0;
   /// Corridors meet at right angles with this standard deviation; 0: not assumed.
   double square_sigma_rad = 0.0;
+  /// With square_sigma_rad: the heading relative to all walls of each scan, also of rooms, with
+  /// this standard deviation; 0: not used.
+  double building_sigma_rad = 0.0;
+  /// Edges of doors and recesses along side walls observe the position along the corridor, with
+  /// this standard deviation, where no wall across does; 0: not used.
+  double marks_sigma_m = 0.0;
   /// Relative error of the turn rate, for rates from wheels.
   double turn_error = 0.0;
   double gate_probability = 1e-4;    ///< false rejection probability
@@ -63,19 +78,23 @@ struct CorridorInsOptions {
   Duration lost_after{600'000'000};  ///< without walls, after which new walls are acquired
 };
 
-enum class WallOutcome { used, none, refused, reacquired };
+enum class WallOutcome { used, none, refused, reacquired, skipped };
 
 struct CorridorScanUpdate {
   WallOutcome outcome = WallOutcome::none;
   std::optional<CorridorWalls> walls;  ///< in the laser frame
   bool tracked = false;                ///< by prediction; else acquired
   bool end_used = false;
+  bool marks_used = false;    ///< edges of doors and recesses
+  bool heading_used = false;  ///< the heading relative to the building
 };
 
 /// Counts of used and rejected measurements, and events.
 struct CorridorReport {
-  std::size_t scans = 0, scans_with_walls = 0, scans_used = 0, end_walls_used = 0;
+  std::size_t scans = 0, skipped_scans = 0, scans_with_walls = 0, scans_used = 0,
+              end_walls_used = 0;
   std::size_t tracked = 0, acquisitions = 0, corridors = 0;
+  std::size_t headings_used = 0, marks_used = 0, refused_marks = 0;
   std::size_t refused_walls = 0, refused_sides = 0, refused_end_walls = 0, not_parallel = 0;
   std::size_t saturated_samples = 0, slipping_samples = 0, rest_samples = 0, refused_samples = 0;
   Duration longest_outage{0};
