@@ -6,3 +6,4 @@
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 #include <wayfare/nav/outage.hpp>
+#include <wayfare/nav/travel_direction.hpp>

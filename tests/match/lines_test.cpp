@@ -199,5 +199,88 @@ TEST(Lines, StopTrackingIfPredictionAndScanDisagree) {
   EXPECT_FALSE(detector.track(scan, predicted));
 }
 
+TEST_P(LinesInScans, CurveFittingInWindowsFindsTheDirectionToo) {
+  Rng rng(21);
+  WallDetector detector;
+  Errors windows, segments;
+  for (int i = 0; i < 200; ++i) {
+    const Scene s = random_scene(GetParam(), {}, rng, rng.uniform(-0.5, 0.5));
+    windows.add(s, detector.fit_windows(s.scan));
+    segments.add(s, detector.acquire(s.scan));
+  }
+  // Means over windows of 25 points do not reach a fit to whole walls.
+  EXPECT_LT(windows.angle_rms_deg(), 0.5);
+  EXPECT_LT(segments.angle_rms_deg(), windows.angle_rms_deg());
+  EXPECT_LE(windows.failures, 30);  // of 200; histograms confuse a wall and a parallel one
+  EXPECT_FALSE(detector.fit_windows(LaserScan{}));
+}
+
+/// A room of 8 m x 5 m whose long walls lie along `axis`, seen from its middle.
+LaserScan room_scan(Angle axis, bool oblique) {
+  const SO2d turn(axis);
+  const auto at = [&](double x, double y) -> Eigen::Vector2d {
+    return turn * Eigen::Vector2d(x, y);
+  };
+  std::vector<sim::Segment> walls = {{at(-4, -2.5), at(4, -2.5)},
+                                     {at(4, -2.5), at(4, 2.5)},
+                                     {at(4, 2.5), at(-4, 2.5)},
+                                     {at(-4, 2.5), at(-4, -2.5)}};
+  if (oblique) walls.push_back({at(1, 1), at(2.5, 2)});
+  Rng rng(4);
+  return sim::simulate_scan(
+      *sim::FloorPlan::from_segments(walls), [](LogTime) { return SE2d{}; }, {},
+      sim::CorridorDriveParams::lms200(), rng);
+}
+
+TEST(LinesInRooms, WallsAtRightAnglesGiveADirection) {
+  WallDetector detector;
+  for (const double degrees : {-30.0, 3.0, 70.0}) {
+    for (const bool oblique : {false, true}) {
+      const auto found =
+          detector.square_direction(room_scan(Angle::degrees(degrees), oblique),
+                                    Angle::degrees(degrees + 10.0 + 90.0), Angle::degrees(15));
+      ASSERT_TRUE(found);
+      const double off = std::remainder(found->direction.degrees() - degrees, 90.0);
+      EXPECT_NEAR(off, 0.0, 0.2);
+      EXPECT_GT(found->length_m, 4.0);
+      EXPECT_GE(found->total_m, found->length_m);
+    }
+  }
+}
+
+TEST(LinesInRooms, NoDirectionFarFromTheExpectedOrWithoutWalls) {
+  WallDetector detector;
+  EXPECT_FALSE(detector.square_direction(room_scan(Angle::degrees(0), false), Angle::degrees(30),
+                                         Angle::degrees(15)));
+  EXPECT_FALSE(detector.square_direction(LaserScan{}, {}, Angle::degrees(45)));
+}
+
+// A door of a metre in the right wall, two metres ahead; the wall behind it is farther than the
+// jump.
+TEST(LinesInRooms, ADoorHasAnEdgeBeforeAndAfterIt) {
+  const auto plan = sim::FloorPlan::from_segments(
+      {{{-10, 1}, {10, 1}}, {{-10, -1}, {2, -1}}, {{3, -1}, {10, -1}}, {{-10, -3}, {10, -3}}});
+  WallDetector detector;
+  Rng rng(6);
+  for (const double x : {0.5, 2.2, 2.8}) {
+    const SE2d pose(x, 0.2, Angle::radians(0.1));
+    const LaserScan scan = sim::simulate_scan(
+        *plan, [&](LogTime) { return pose; }, {}, sim::CorridorDriveParams::lms200(), rng);
+    const auto walls = detector.acquire(scan);
+    ASSERT_TRUE(walls && walls->right);
+    const auto edges = detector.edges(scan, *walls);
+    bool ends = x > 2.0, begins = x > 3.0;  // an edge behind is not in view
+    for (const WallEdge& e : edges) {
+      EXPECT_FALSE(e.left);
+      const double at = x + e.along_m, truth = e.gap_ahead ? 2.0 : 3.0;
+      EXPECT_NEAR(at, truth, 4.0 * e.sigma_m + 0.02);
+      (e.gap_ahead ? ends : begins) = true;
+    }
+    EXPECT_TRUE(ends);
+    EXPECT_TRUE(begins);
+  }
+  EXPECT_TRUE(detector.edges(LaserScan{}, {}).empty());
+}
+
 }  // namespace
 }  // namespace wayfare

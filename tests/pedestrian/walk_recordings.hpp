@@ -185,6 +185,7 @@ inline PedestrianParameters head_parameters() {
 struct WalkErrors {
   double absolute = 0.0;  ///< at the end, relative to the distance, without alignment
   double turned = 0.0;    ///< the same after the best rotation about the start
+  double turn_rad = 0.0;  ///< that rotation, counter-clockwise
   double ate_m = 0.0;     ///< root mean square after rigid alignment
 };
 
@@ -203,7 +204,9 @@ inline WalkErrors walk_errors(const std::vector<WalkedStep>& steps, const WalkRe
   const Eigen::Vector2d a = path.back() - a0, b = walk.truth.back().p - b0;
   WalkErrors e;
   e.absolute = (a - b).norm() / walk.length_m;
-  e.turned = (best_rotation(a0, b0) * a - b).norm() / walk.length_m;
+  const Eigen::Rotation2Dd turn = best_rotation(a0, b0);
+  e.turn_rad = turn.angle();
+  e.turned = (turn * a - b).norm() / walk.length_m;
   Eigen::Vector2d am = Eigen::Vector2d::Zero(), bm = am;
   const double n = double(path.size());
   for (std::size_t i = 0; i < path.size(); ++i) {

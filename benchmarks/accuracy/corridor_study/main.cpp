@@ -25,6 +25,7 @@ using namespace wayfare::examples;
 struct Options {
   int pattern = 1, runs = 50, threads = 1;
   std::uint64_t first_seed = 1;
+  double rate_hz = 0.0, scan_rate_hz = 5.0;
   double doors = 0.0, open_share = 0.4, boxes = 0.0, people = 0.0;
   bool quiet = false;
 };
@@ -33,13 +34,14 @@ constexpr std::array kAidings = {Aiding::none, Aiding::scan_to_scan, Aiding::sid
                                  Aiding::end_walls};
 
 struct Runs {
-  std::array<std::vector<CorridorErrors>, 4> of;
+  std::array<std::vector<CorridorErrors>, kAidings.size()> of;
   std::string failure;
 };
 
 sim::CorridorDriveParams params_of(const Options& o) {
   sim::CorridorDriveParams p;
   p.pattern = o.pattern == 1 ? sim::MotionPattern::straight : sim::MotionPattern::curved;
+  p.scan_period = from_seconds(1.0 / o.scan_rate_hz);
   p.place.furniture.door_spacing_m = o.doors;
   p.place.furniture.open_share = o.open_share;
   p.place.furniture.boxes_per_m = o.boxes;
@@ -58,7 +60,8 @@ Runs run_all(const Options& o, const sim::CorridorDriveParams& params) {
         const auto drive = sim::simulate_corridors(params, Rng(o.first_seed + i));
         for (std::size_t a = 0; drive && a < kAidings.size(); ++a) {
           const auto motion = motion_of(drive->recording);
-          const auto options = options_for(params, kAidings[a]);
+          auto options = options_for(params, kAidings[a]);
+          if (o.rate_hz > 0.0) options.least_scan_interval = from_seconds(1.0 / o.rate_hz);
           const auto run = run_corridor_ins(drive->recording, motion, options,
                                             start_of(options, Rng(o.first_seed + i)));
           if (run) all.of[a][i] = errors_of(*run, *drive, params.rest_s);
@@ -197,6 +200,9 @@ int main(int argc, char** argv) {
   app.add_option("--runs", o.runs, "drives, one per seed").range(1, 100000);
   app.add_option("--seed", o.first_seed, "of the random numbers, for the first drive");
   add_threads(app, o.threads);
+  app.add_number("--scan-rate", o.scan_rate_hz, 0.1, 1000.0, "of the simulated laser, Hz");
+  app.add_option("--rate", o.rate_hz, "use scans at this rate at most, Hz; default: all")
+      .range(0.001, 1e6);
   app.add_option("--doors", o.doors, "distance between doors along each wall, m; 0: none")
       .range(0.0, 1000.0);
   app.add_option("--open", o.open_share, "share of open doors").range(0.0, 1.0);

@@ -77,6 +77,12 @@ void Track(benchmark::State& state) {
     return detector.track(s.scans[i], s.predicted[i]).has_value();
   });
 }
+void FitWindows(benchmark::State& state) {
+  WallDetector detector;
+  over_scans(state, [&](const Scans& s, std::size_t i) {
+    return detector.fit_windows(s.scans[i]).has_value();
+  });
+}
 void Search(benchmark::State& state) {
   WallDetector detector;
   over_scans(state, [&](const Scans& s, std::size_t i) {
@@ -116,6 +122,7 @@ void HoughWithTables(benchmark::State& state) { plain_hough(state, true); }
 
 BENCHMARK(Acquire)->Arg(181)->Arg(361)->Arg(541)->Unit(benchmark::kMicrosecond);
 BENCHMARK(Track)->Arg(181)->Arg(361)->Arg(541)->Unit(benchmark::kMicrosecond);
+BENCHMARK(FitWindows)->Arg(181)->Arg(361)->Arg(541)->Unit(benchmark::kMicrosecond);
 BENCHMARK(Search)->Arg(181)->Arg(361)->Arg(541)->Unit(benchmark::kMicrosecond);
 BENCHMARK(PlainHough)->Arg(181)->Arg(361)->Arg(541)->Unit(benchmark::kMicrosecond);
 

@@ -14,8 +14,8 @@ double degrees(double radians) { return Angle::radians(radians).degrees(); }
 }  // namespace
 
 const char* name_of(Aiding aiding) {
-  constexpr std::array<const char*, 4> kNames = {"without walls", "scan to scan", "side walls",
-                                                 "and end walls"};
+  constexpr std::array<const char*, 5> kNames = {"without walls", "scan to scan", "side walls",
+                                                 "and end walls", "side walls, marks"};
   return kNames[static_cast<std::size_t>(aiding)];
 }
 
@@ -37,6 +37,8 @@ CorridorInsOptions options_for(const sim::CorridorDriveParams& p, Aiding aiding)
   o.use_walls = aiding != Aiding::none;
   o.use_end_walls = aiding == Aiding::end_walls;
   if (aiding == Aiding::scan_to_scan) o.memory = WallMemory::one_scan;
+  if (aiding == Aiding::marks)
+    o.marks_sigma_m = 0.1;  // errors of a mark's place are common to all its scans
   // Without walls the bias is that at rest, as in the source, without drift.
   if (aiding == Aiding::none) o.start_drift_rad_s2 = 1e-12;
   return o;

@@ -13,7 +13,7 @@
 namespace wayfare::examples {
 
 /// How the walls are used.
-enum class Aiding { none, scan_to_scan, side_walls, end_walls };
+enum class Aiding { none, scan_to_scan, side_walls, end_walls, marks };
 [[nodiscard]] const char* name_of(Aiding aiding);
 
 /// For a simulated drive, with the noise of the simulator.

@@ -25,10 +25,13 @@ using namespace wayfare::examples;
 
 struct Options : SlamArguments {
   std::string config;
+  DirectionFrom direction = DirectionFrom::automatic;
   int simulated = 0, passes = 4;
-  double added_bias_deg_s = 0.0;
+  double added_bias_deg_s = 0.0, rate_hz = 0.0;
+  WallSearch search = WallSearch::tracking;
   std::vector<double> origin;
   bool no_walls_across = false, rest = false, wall_noise = false;
+  bool no_building = false, compare = false, marks = false;
 };
 
 /// A recording with options and truth.
@@ -39,30 +42,6 @@ struct Job {
   std::optional<sim::CorridorDrive> drive;
   double rest_s = 0.0;
 };
-
-std::vector<OptionField> fields(CorridorInsOptions& o) {
-  return {
-      option_field("range_noise_m", o.walls.range_noise_m),
-      option_field("flatness_m", o.walls.flatness_m),
-      option_field("reach_m", o.walls.max_range_m),
-      option_field("split_m", o.walls.split_m),
-      option_field("least_support_m", o.walls.min_support_m),
-      option_field("least_correlation", o.walls.min_correlation),
-      option_field("angle_random_walk_rad_per_sqrt_s", o.noise.angle_random_walk_rad_per_sqrt_s),
-      option_field("bias_sigma_rad_s", o.noise.bias_sigma_rad_s),
-      option_field("bias_tau_s", o.noise.bias_tau_s),
-      option_field("slip_m_per_sqrt_m", o.noise.slip_m_per_sqrt_m),
-      option_field("start_bias_rad_s", o.start_bias_rad_s),
-      option_field("start_drift_rad_s2", o.start_drift_rad_s2),
-      option_field("start_scale", o.start_scale),
-      option_field("greatest_acceleration_m_s2", o.greatest_acceleration_m_s2),
-      option_field("wall_offset_sigma_m", o.wall_offset_sigma_m),
-      option_field("wall_direction_sigma_rad", o.wall_direction_sigma_rad),
-      option_field("turn_error", o.turn_error),
-      option_field("square_sigma_rad", o.square_sigma_rad),
-      option_field("tracking_m", o.walls.tracking_m),
-      option_field("gate_probability", o.gate_probability)};
-}
 
 Result<Job> simulated_job(const Options& o) {
   sim::CorridorDriveParams p;
@@ -88,10 +67,15 @@ Result<Job> log_job(const Options& o) {
   return job;
 }
 
-Result<CorridorRun> run_passes(const Job& job, const Options& o, double added_rad_s) {
+std::vector<MotionSample> biased(std::vector<MotionSample> motion, double added_rad_s) {
+  for (MotionSample& sample : motion) sample.turn_rate_rad_s += added_rad_s;
+  return motion;
+}
+
+Result<CorridorRun> run_passes(const Job& job, const Options& o,
+                               std::span<const MotionSample> motion) {
   ProgressLine progress("corridors", o.quiet);
-  auto run = run_corridor_passes(job.recording, motion_of(job.recording, added_rad_s), job.options,
-                                 job.drive ? 1 : o.passes,
+  auto run = run_corridor_passes(job.recording, motion, job.options, job.drive ? 1 : o.passes,
                                  [&](double fraction) { progress.update(fraction); });
   if (run) progress.finish();
   return run;
@@ -100,6 +84,7 @@ Result<CorridorRun> run_passes(const Job& job, const Options& o, double added_ra
 struct Runs {
   CorridorRun aided, unaided;
   std::optional<CorridorRun> without_added;  ///< aided, no bias added
+  std::size_t reversed = 0;                  ///< samples of motion made backward
 };
 
 /// The simulated drive or the log, with the options of --config.
@@ -107,9 +92,14 @@ Result<Job> make_job(const Options& o) {
   auto job = o.simulated > 0 ? simulated_job(o) : log_job(o);
   if (!job) return job;
   if (!o.config.empty()) {
-    if (auto ok = read_option_fields(o.config, fields(job->options)); !ok) return ok.error();
+    if (auto ok = read_option_fields(o.config, corridor_option_fields(job->options)); !ok)
+      return ok.error();
   }
   if (o.no_walls_across) job->options.use_end_walls = false;
+  if (o.no_building) job->options.building_sigma_rad = 0.0;
+  if (o.marks) job->options.marks_sigma_m = 0.05;
+  if (o.rate_hz > 0.0) job->options.least_scan_interval = from_seconds(1.0 / o.rate_hz);
+  job->options.search = o.search;
   if (o.rest) job->options.rest_calibrates = true;
   if (o.origin.size() == 3) job->options.latitude_rad = Angle::degrees(o.origin[0]).radians();
   return job;
@@ -118,20 +108,23 @@ Result<Job> make_job(const Options& o) {
 /// All options of --config with their defaults for logs.
 std::string corridor_options_text() {
   CorridorInsOptions defaults = corridor_options_for_logs(false);
-  return option_fields_text(fields(defaults));
+  return option_fields_text(corridor_option_fields(defaults));
 }
 
 Result<Runs> run_all(const Job& job, const Options& o) {
   const double added = Angle::degrees(o.added_bias_deg_s).radians();
-  auto aided = run_passes(job, o, added);
+  const bool known = job.drive && o.direction == DirectionFrom::automatic;
+  const SignedMotion motion =
+      signed_motion_of(job.recording, known ? DirectionFrom::wheels : o.direction);
+  auto aided = run_passes(job, o, biased(motion.motion, added));
   if (!aided) return aided.error();
   CorridorInsOptions alone = job.options;
   alone.use_walls = false;
   auto unaided = run_corridor_ins(job.recording, motion_of(job.recording, added), alone);
   if (!unaided) return unaided.error();
-  Runs runs{*std::move(aided), *std::move(unaided), {}};
+  Runs runs{*std::move(aided), *std::move(unaided), {}, motion.reversed};
   if (added == 0.0) return runs;
-  auto plain = run_passes(job, o, 0.0);
+  auto plain = run_passes(job, o, motion.motion);
   if (!plain) return plain.error();
   runs.without_added = *std::move(plain);
   return runs;
@@ -174,16 +167,24 @@ void add_bias_facts(const Job& job, const Runs& runs, const Options& o, Facts& f
                                              " deg/s");
 }
 
+void add_direction_facts(const Runs& runs, Facts& facts) {
+  if (runs.reversed > 0)
+    facts.emplace_back("driven backward", std::to_string(runs.reversed) + " samples, by the scans");
+}
+
 void add_report_facts(const CorridorReport& r, Facts& facts) {
   const auto share = [&](std::size_t n) {
     return std::to_string(n) + " (" +
            eval::fixed(100.0 * static_cast<double>(n) / static_cast<double>(r.scans), 1) + " %)";
   };
   facts.emplace_back("scans", std::to_string(r.scans));
+  if (r.skipped_scans > 0) facts.emplace_back("skipped", std::to_string(r.skipped_scans));
   facts.emplace_back("with walls", share(r.scans_with_walls));
   facts.emplace_back("walls used", share(r.scans_used));
   facts.emplace_back("by tracking", share(r.tracked));
   facts.emplace_back("end walls", share(r.end_walls_used));
+  if (r.marks_used > 0) facts.emplace_back("marks", share(r.marks_used));
+  if (r.headings_used > 0) facts.emplace_back("building headings", share(r.headings_used));
   facts.emplace_back("corridors", std::to_string(r.corridors));
   facts.emplace_back("longest outage", eval::fixed(to_seconds(r.longest_outage), 1) + " s");
   facts.emplace_back("refused", std::to_string(r.refused_walls) + " scans, " +
@@ -226,6 +227,7 @@ Result<void> run(const Options& o) {
                                     "report.html"};
   if (o.simulated > 0) files.emplace_back("log.carmen");
   if (o.wall_noise) files.emplace_back("walls.csv");
+  if (o.compare) files.emplace_back("detectors.txt");
   if (auto ready = o.prepare(files); !ready) return ready;
   const auto job = make_job(o);
   if (!job) return job.error();
@@ -240,6 +242,11 @@ Result<void> run(const Options& o) {
                           plane_of(o)};
   add_bias_facts(*job, *runs, o, outputs.facts);
   add_report_facts(runs->aided.report, outputs.facts);
+  add_direction_facts(*runs, outputs.facts);
+  if (o.compare) {
+    outputs.detectors = compare_detectors(job->recording, job->options.walls);
+    add_detector_facts(outputs.detectors, outputs.facts);
+  }
   if (job->drive) {
     outputs.tables.emplace_back("Position RMSE by sections", section_table(*job, *runs));
     for (const CorridorEpoch& e : runs->aided.epochs)
@@ -281,6 +288,25 @@ void add_options(CommandLine& app, Options& o) {
   app.add_file("--config", o.config, "JSON file of options; see --print-config");
   app.add_number("--passes", o.passes, 1, 20,
                  "passes over a log, each started with the bias of the last");
+  app.add_flag("--no-building", o.no_building,
+               "logs: do not take headings from all walls of a scan, along and across the first");
+  app.add_flag("--marks", o.marks,
+               "follow edges of doors and recesses for the way along a corridor");
+  app.add_option("--rate", o.rate_hz, "use scans at this rate at most, Hz; default: all")
+      .range(0.001, 1e6);
+  app.add_choice<WallSearch>(
+      "--walls", o.search, {{"tracking", WallSearch::tracking}, {"windows", WallSearch::windows}},
+      "find walls by tracking and segments (default), or by curve fitting in moving windows");
+  app.add_flag("--compare-detectors", o.compare,
+               "also find the walls of each scan by tracking and by curve fitting: times and "
+               "directions in the report and detectors.txt");
+  app.add_choice<DirectionFrom>(
+      "--direction", o.direction,
+      {{"auto", DirectionFrom::automatic},
+       {"wheels", DirectionFrom::wheels},
+       {"scans", DirectionFrom::scans}},
+      "forward or backward by the wheels' sign or from the scans; auto: from the scans if "
+      "the wheels never count backwards");
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls only");
   app.add_flag("--rest", o.rest, "estimate the bias from odometry at rest too");
   app.add_flag("--wall-noise", o.wall_noise,

@@ -28,7 +28,7 @@ std::vector<eval::Evaluated> errors_of(const CorridorOutputs& o) {
 }
 
 const char* name_of(WallOutcome outcome) {
-  constexpr std::array<const char*, 4> kNames = {"used", "none", "refused", "acquired"};
+  constexpr std::array<const char*, 5> kNames = {"used", "none", "refused", "acquired", "skipped"};
   return kNames[static_cast<std::size_t>(outcome)];
 }
 
@@ -162,6 +162,10 @@ io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
       .image(walls, "Eight scans, 20 m wide, ahead is up: side walls green, end wall red.");
   for (const io::Plot& plot : o.walls.empty() ? std::vector<io::Plot>() : plots_of(o.walls))
     report.plot(plot);
+  if (!o.detectors.empty()) {
+    report.heading("Tracking and curve fitting");
+    for (const io::Plot& plot : detector_plots(o.detectors)) report.plot(plot);
+  }
   if (!o.run.report.events.empty()) report.heading("Events").table(events_table(o));
   return report;
 }
@@ -177,14 +181,17 @@ TitledTables tables_of(const CorridorOutputs& o) {
 
 Result<void> write_corridor_outputs(const OutputArguments& to, const CorridorOutputs& o) {
   const io::Image walls = walls_picture(o);
-  return first_error({io::write_file(to.path("navigation.txt"), navigation_text(o), to.write()),
-                      io::write_tum(to.path("trajectory.tum"), trajectory_of(o.run), to.write()),
-                      io::write_tum(to.path("unaided.tum"), trajectory_of(o.unaided), to.write()),
-                      io::write_png(to.path("walls.png"), walls, to.write()),
-                      o.walls.empty()
-                          ? Result<void>()
-                          : io::write_file(to.path("walls.csv"), to_csv(o.walls), to.write()),
-                      to.write_report(report_of(o, walls))});
+  return first_error(
+      {io::write_file(to.path("navigation.txt"), navigation_text(o), to.write()),
+       io::write_tum(to.path("trajectory.tum"), trajectory_of(o.run), to.write()),
+       io::write_tum(to.path("unaided.tum"), trajectory_of(o.unaided), to.write()),
+       io::write_png(to.path("walls.png"), walls, to.write()),
+       o.walls.empty() ? Result<void>()
+                       : io::write_file(to.path("walls.csv"), to_csv(o.walls), to.write()),
+       o.detectors.empty()
+           ? Result<void>()
+           : io::write_file(to.path("detectors.txt"), detectors_text(o.detectors), to.write()),
+       to.write_report(report_of(o, walls))});
 }
 
 }  // namespace wayfare::examples

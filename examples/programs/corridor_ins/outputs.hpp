@@ -9,6 +9,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/nav/corridor_ins.hpp>
 
+#include "detectors.hpp"
 #include "support/program_files.hpp"
 #include "support/truth.hpp"
 #include "wall_noise.hpp"
@@ -26,7 +27,8 @@ struct CorridorOutputs {
   std::vector<double> bias = {};         ///< true gyro bias of each epoch, rad/s; may be empty
   Facts facts = {};
   TitledTables tables = {};
-  std::vector<WallChange> walls = {};  ///< walls.csv and its plots, if there are any
+  std::vector<WallChange> walls = {};         ///< walls.csv and its plots, if there are any
+  std::vector<DetectorEpoch> detectors = {};  ///< may be empty: then detectors.txt is not written
 };
 
 /// The run's own tables, and errors with and without walls, if the truth is known.

@@ -61,10 +61,12 @@ std::vector<WallChange> wall_changes(const Recording& recording, const CorridorR
                                      const Trajectory& truth, const WallOptions& options) {
   WallDetector detector(options);
   std::vector<WallChange> changes;
-  for (std::size_t i = 1; i < run.epochs.size(); ++i) {
-    const CorridorEpoch &last = run.epochs[i - 1], &epoch = run.epochs[i];
-    if (!last.update.walls || !epoch.update.walls) continue;
-    const CorridorWalls &before = *last.update.walls, now = facing(*epoch.update.walls, before);
+  const CorridorEpoch* latest = nullptr;
+  for (const CorridorEpoch& epoch : run.epochs) {
+    if (epoch.update.outcome == WallOutcome::skipped) continue;
+    const CorridorEpoch* last = std::exchange(latest, &epoch);
+    if (last == nullptr || !last->update.walls || !epoch.update.walls) continue;
+    const CorridorWalls &before = *last->update.walls, now = facing(*epoch.update.walls, before);
     const double turned_deg = wrapped_deg(now.direction - before.direction);
     if (std::abs(turned_deg) > kAnother_deg) continue;
     WallChange c{epoch.time,
@@ -76,7 +78,7 @@ std::vector<WallChange> wall_changes(const Recording& recording, const CorridorR
                  kUnknown,
                  wrapped_deg(now.direction),
                  kUnknown};
-    if (const auto motion = laser_motion(recording, truth, last.time, epoch.time)) {
+    if (const auto motion = laser_motion(recording, truth, last->time, epoch.time)) {
       const CorridorWalls expected = moved(before, *motion);
       c.left_error_m = change(now.left, expected.left);
       c.right_error_m = change(now.right, expected.right);

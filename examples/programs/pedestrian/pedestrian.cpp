@@ -27,7 +27,7 @@ struct Arguments : OutputArguments {
   std::string file, forward = "y";
   bool foot = false, no_magnetometer = false, any_way_round = false;
   bool ared = false, uncalibrated = false, mean_field = false;
-  double declination_deg = 0.0, straight_degps = 0.0;
+  double declination_deg = 0.0, straight_degps = 0.0, held_deg = 0.0;
   double gyro_range_degps = 2000.0;
   std::optional<double> known_length_m;
   StepLengthOptions length;
@@ -58,7 +58,8 @@ PedestrianParameters step_parameters(const Arguments& a, const io::MargFile& fil
   p.ahrs.use_magnetometer = !a.no_magnetometer && file.has_magnetometer;
   p.ahrs.declination = Angle::degrees(a.declination_deg);
   p.axis = a.any_way_round ? WalkingAxis::principal : WalkingAxis::sensor;
-  p.forward = (a.forward[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(a.forward.back() - 'x');
+  p.forward = Eigen::AngleAxisd(Angle::degrees(a.held_deg).radians(), Eigen::Vector3d::UnitZ()) *
+              ((a.forward[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(a.forward.back() - 'x'));
   return p;
 }
 
@@ -168,6 +169,9 @@ void add_options(CommandLine& app, Arguments& a) {
   app.add_option("--forward", a.forward, "the unit's axis in the direction of walking")
       .one_of({"x", "y", "z", "-x", "-y", "-z"})
       .show_default();
+  app.add_number("--held", a.held_deg, -180.0, 180.0,
+                 "direction of walking from the --forward axis, degrees about the unit's z axis, "
+                 "counter-clockwise: a phone in the hand points past it to the left (-3.5)");
   app.add_flag("--any-way-round", a.any_way_round,
                "find the direction of walking from the body's motion");
   app.add_flag("--no-magnetometer", a.no_magnetometer, "use gyro and accelerometer alone");

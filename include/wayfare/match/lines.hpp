@@ -4,6 +4,7 @@
 // normal points (Liu, Atia, Karamat and Noureldin, Journal of Navigation, 2015).
 
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -61,6 +62,22 @@ struct CorridorWalls {
 /// The same walls with the direction reversed, left and right exchanged.
 [[nodiscard]] CorridorWalls reversed(const CorridorWalls& walls);
 
+/// An edge of a side wall, as of a door or a recess: where the range jumps.
+struct WallEdge {
+  double along_m = 0.0;    ///< along the corridor, from the laser
+  double sigma_m = 0.0;    ///< of it, by the spacing of the beams
+  bool left = false;       ///< on the left wall
+  bool gap_ahead = false;  ///< the wall ends here, in the corridor's direction; else it begins
+};
+
+/// Direction of most walls of a building whose walls meet at right angles.
+struct SquareDirection {
+  Angle direction;         ///< of one of the two families of walls, in the laser's frame
+  double length_m = 0.0;   ///< of the segments along or across it, within 2.5°
+  double total_m = 0.0;    ///< of all segments
+  double sigma_rad = 0.0;  ///< spread of the segments about it
+};
+
 /// Noise, segments and search windows of a WallDetector.
 struct WallOptions {
   double range_noise_m = 0.005;  ///< σ along a beam; larger: wider windows, larger covariances
@@ -101,6 +118,18 @@ class WallDetector {
   /// Tracking: only the fit, in a window around the predicted walls.
   [[nodiscard]] std::optional<CorridorWalls> track(const LaserScan& scan,
                                                    const CorridorWalls& predicted);
+  /// The curve fitting that Liu 2015, section 7.1, compares with: a line through each window of 25
+  /// points, the most frequent direction and offsets of their histograms. No wall across.
+  [[nodiscard]] std::optional<CorridorWalls> fit_windows(const LaserScan& scan,
+                                                         std::optional<Angle> near = {});
+  /// Edges of `walls`, found in this scan, where the range jumps by at least `jump_m` and beams are
+  /// dense. Not of a wall's visible ends, which are no jumps.
+  [[nodiscard]] std::vector<WallEdge> edges(const LaserScan& scan, const CorridorWalls& walls,
+                                            double jump_m = 0.2);
+  /// The direction within `within` of `near` that most line segments are along or across, also of
+  /// walls that do not form a corridor. Nothing if their segments are shorter than min_support_m.
+  [[nodiscard]] std::optional<SquareDirection> square_direction(const LaserScan& scan, Angle near,
+                                                                Angle within);
 
  private:
   WallOptions options_;

@@ -33,13 +33,22 @@ enum class WallMemory {
   one_scan,  ///< from scan to scan, as Liu 2015, (6), (7) and (25)
 };
 
+/// How walls are found in a scan.
+enum class WallSearch {
+  tracking,  ///< tracked from a prediction, acquired from segments
+  windows,   ///< WallDetector::fit_windows(), the curve fitting that Liu 2015 compares with
+};
+
 /// Mounting, start, walls and limits of a CorridorIns.
 struct CorridorInsOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};  ///< mounting of the laser
   WallOptions walls{};                                   ///< of the detector
   WallMemory memory = WallMemory::corridor;              ///< how long a wall is part of the state
-  CorridorNoise noise{};                                 ///< of gyro, wheels and slip
-  bool use_walls = true;                                 ///< false: dead reckoning only
+  WallSearch search = WallSearch::tracking;              ///< how walls are found in a scan
+  /// Scans sooner after the last one used are skipped; 0: all are used. Liu 2015 updates at 5 Hz.
+  Duration least_scan_interval{0};
+  CorridorNoise noise{};                ///< of gyro, wheels and slip
+  bool use_walls = true;                ///< false: dead reckoning only
   bool use_end_walls = true;            ///< walls across the corridor observe the position along it
   bool rest_calibrates = true;          ///< the gyro measures its bias while the wheels stand
   Duration rest_after{500'000'000};     ///< time of standing wheels
@@ -59,6 +68,12 @@ struct CorridorInsOptions {
   double wall_direction_sigma_rad = 0.0;  ///< of the direction of such a wall; 0 for ideal walls
   /// Corridors meet at right angles with this standard deviation; 0: not assumed.
   double square_sigma_rad = 0.0;
+  /// With square_sigma_rad: the heading relative to all walls of each scan, also of rooms, with
+  /// this standard deviation; 0: not used.
+  double building_sigma_rad = 0.0;
+  /// Edges of doors and recesses along side walls observe the position along the corridor, with
+  /// this standard deviation, where no wall across does; 0: not used.
+  double marks_sigma_m = 0.0;
   /// Relative error of the turn rate, for rates from wheels.
   double turn_error = 0.0;
   double gate_probability = 1e-4;    ///< false rejection probability
@@ -72,6 +87,7 @@ enum class WallOutcome {
   none,        ///< none were found
   refused,     ///< they contradict their prediction
   reacquired,  ///< new ones became part of the state
+  skipped,     ///< not looked for: sooner than CorridorInsOptions::least_scan_interval
 };
 
 /// The walls of one scan and their use.
@@ -80,17 +96,23 @@ struct CorridorScanUpdate {
   std::optional<CorridorWalls> walls;       ///< in the laser frame
   bool tracked = false;                     ///< by prediction; else acquired
   bool end_used = false;                    ///< the wall across the corridor corrected the position
+  bool marks_used = false;                  ///< edges of doors and recesses corrected the position
+  bool heading_used = false;  ///< the heading relative to the building corrected the state
 };
 
 /// Counts of used and rejected measurements, and events.
 struct CorridorReport {
-  std::size_t scans = 0,              ///< in order of time
+  std::size_t scans = 0,              ///< in order of time, without skipped ones
+      skipped_scans = 0,              ///< by least_scan_interval
       scans_with_walls = 0,           ///< with walls
       scans_used = 0,                 ///< with both or one used
       end_walls_used = 0;             ///< across the corridor
   std::size_t tracked = 0,            ///< scans with predicted walls
       acquisitions = 0,               ///< scans with acquired walls
       corridors = 0;                  ///< corridors entered
+  std::size_t headings_used = 0,      ///< scans that gave a heading relative to the building
+      marks_used = 0,                 ///< scans whose edges gave the position along the corridor
+      refused_marks = 0;              ///< scans whose edges contradict the prediction
   std::size_t refused_walls = 0,      ///< scans rejected
       refused_sides = 0,              ///< one of two walls
       refused_end_walls = 0,          ///< across the corridor

@@ -47,9 +47,6 @@ void Beams::load(const LaserScan& scan, double max_range_m) {
   y_m.resize(kept);
 }
 
-namespace {
-
-/// Line through the mean along the direction of greatest scatter: no singular direction.
 Segment fit(const Beams& b, std::size_t begin, std::size_t end, double noise_m) {
   const double n = static_cast<double>(end - begin);
   const double x0 = b.x_m[begin], y0 = b.y_m[begin];
@@ -72,6 +69,8 @@ Segment fit(const Beams& b, std::size_t begin, std::size_t end, double noise_m) 
   s.weight_m = s.length_m / std::max(1.0, across2 / (4.0 * n * noise_m * noise_m));
   return s;
 }
+
+namespace {
 
 struct Farthest {
   std::size_t index;

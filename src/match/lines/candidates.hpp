@@ -18,6 +18,10 @@ struct Segment {
   double weight_m = 0.0;  ///< length, reduced if it deviates from a line by more than the noise
 };
 
+/// Line through the mean of the points from `begin` to before `end`, along the direction of
+/// greatest scatter: no singular direction.
+[[nodiscard]] Segment fit(const Beams& beams, std::size_t begin, std::size_t end, double noise_m);
+
 /// The segments of `beams`, in the order of the scan.
 [[nodiscard]] std::vector<Segment> split(const Beams& beams, const WallOptions& options);
 
@@ -36,6 +40,16 @@ struct Candidate {
 /// heading and lateral distance (Liu 2015, section 5).
 [[nodiscard]] std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle> near,
                                                       const WallOptions& options);
+
+/// Lines fitted to moving windows of points, see WallDetector::fit_windows().
+[[nodiscard]] std::optional<CorridorWalls> windowed_walls(const Beams& beams,
+                                                          std::optional<Angle> near,
+                                                          const WallOptions& options);
+
+/// The direction that most length is along or across, see WallDetector::square_direction().
+[[nodiscard]] std::optional<SquareDirection> square_direction(std::span<const Segment> segments,
+                                                              Angle near, Angle within,
+                                                              double min_support_m);
 
 /// The longest segment across the corridor ahead, as a direction and an offset to its left.
 [[nodiscard]] std::optional<Guess> wall_across(std::span<const Segment> segments,

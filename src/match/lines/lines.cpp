@@ -236,6 +236,19 @@ std::optional<CorridorWalls> WallDetector::search(const LaserScan& scan,
                                           near);
 }
 
+std::optional<CorridorWalls> WallDetector::fit_windows(const LaserScan& scan,
+                                                       std::optional<Angle> near) {
+  beams_.load(scan, options_.max_range_m);
+  return lines::windowed_walls(beams_, near, options_);
+}
+
+std::optional<SquareDirection> WallDetector::square_direction(const LaserScan& scan, Angle near,
+                                                              Angle within) {
+  beams_.load(scan, options_.max_range_m);
+  return lines::square_direction(lines::split(beams_, options_), near, within,
+                                 options_.min_support_m);
+}
+
 std::optional<CorridorWalls> WallDetector::track(const LaserScan& scan,
                                                  const CorridorWalls& predicted) {
   beams_.load(scan, options_.max_range_m);

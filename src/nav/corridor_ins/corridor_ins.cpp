@@ -9,20 +9,16 @@
 
 #include <wayfare/core/statistics.hpp>
 
+#include "nav/corridor_ins/corridor_marks.hpp"
 #include "nav/corridor_ins/motion_watch.hpp"
 #include "nav/corridor_ins/start_filter.hpp"
+#include "nav/corridor_ins/wall_finder.hpp"
 #include "nav/corridor_ins/wall_states.hpp"
 
 namespace wayfare {
 namespace {
 
 using namespace corridor;
-
-WallOptions detector_options(const CorridorInsOptions& o) {
-  WallOptions walls = o.walls;
-  walls.end_walls = o.use_end_walls;
-  return walls;
-}
 
 /// After a corner the end wall becomes a side wall: its points must not be used twice.
 bool end_is_side_wall(const Predicted& p, const CorridorWalls& detected) {
@@ -42,7 +38,7 @@ class CorridorIns::Engine {
         filter_(start_filter(options, start)),
         process_(options.noise),
         watch_(options),
-        detector_(detector_options(options)),
+        finder_(options),
         walls_(options.T_base_laser.raw()) {
     for (int dof = 1; dof <= 3; ++dof)
       gates_[dof] = chi_square_quantile(1.0 - options.gate_probability, dof);
@@ -65,20 +61,29 @@ class CorridorIns::Engine {
   Result<CorridorScanUpdate> add_scan(const LaserScan& scan) {
     if (scan_time_ && scan.time <= *scan_time_)
       return Error{ErrorCode::invalid, "a scan is not after the previous one", {}};
+    CorridorScanUpdate update;
+    if (is_too_soon(scan.time)) {
+      ++report_.skipped_scans;
+      update.outcome = WallOutcome::skipped;
+      return update;
+    }
     if (!scan_time_) walls_time_ = scan.time;
     scan_time_ = scan.time;
     ++report_.scans;
-    CorridorScanUpdate update;
     if (!options_.use_walls) return update;
     const Predicted predicted = walls_.predict(filter_);
-    detect_walls(scan, predicted, update);
+    finder_.find(scan, predicted, walls_.has_walls(),
+                 rejections_ < options_.rejections_to_reacquire, report_, update);
     if (update.walls) {
       use_walls(predicted, update);
+      if (options_.marks_sigma_m > 0.0) update.marks_used = use_marks(scan, update);
       walls_time_ = scan.time;
     } else {
       report_.longest_outage = std::max(report_.longest_outage, scan.time - walls_time_);
       if (options_.memory == WallMemory::one_scan) walls_.forget_walls(), walls_.forget_end();
     }
+    if (options_.building_sigma_rad > 0.0 && first_direction_rad_)
+      update.heading_used = use_building(scan);
     return update;
   }
 
@@ -88,6 +93,12 @@ class CorridorIns::Engine {
  private:
   void log_event(LogTime time, std::string what) {
     if (report_.events.size() < 100) report_.events.push_back({time, std::move(what)});
+  }
+
+  /// With a margin for the jitter of times.
+  [[nodiscard]] bool is_too_soon(LogTime time) const {
+    return scan_time_ &&
+           1.02 * to_seconds(time - *scan_time_) < to_seconds(options_.least_scan_interval);
   }
 
   void step(const MotionSample& s, Duration dt) {
@@ -123,53 +134,6 @@ class CorridorIns::Engine {
               walk * walk / u.dt_s};
         },
         6.0);
-  }
-
-  /// Tracks the walls; acquires new ones if there are none or tracking fails.
-  void detect_walls(const LaserScan& scan, const Predicted& predicted, CorridorScanUpdate& update) {
-    if (walls_.has_walls() && rejections_ < options_.rejections_to_reacquire) {
-      update.walls = detector_.track(scan, predicted.walls);
-      update.tracked = update.walls.has_value();
-    }
-    if (update.tracked) {
-      ++report_.tracked;
-      search_missing_walls(scan, predicted, update);
-    } else {
-      update.walls = detector_.acquire(scan);
-      report_.acquisitions += update.walls ? 1 : 0;
-      if (update.walls && walls_.has_walls())
-        update.walls = facing(*update.walls, predicted.walls.direction);
-    }
-    if (update.walls) add_wall_noise(*update.walls);
-    report_.scans_with_walls += update.walls ? 1 : 0;
-    report_.not_parallel += update.walls && !update.walls->parallel ? 1 : 0;
-  }
-
-  void add_wall_noise(CorridorWalls& walls) const {
-    const double turn2 = options_.wall_direction_sigma_rad * options_.wall_direction_sigma_rad;
-    const double offset2 = options_.wall_offset_sigma_m * options_.wall_offset_sigma_m;
-    walls.covariance.diagonal() += Eigen::Vector3d(turn2, offset2, offset2);
-    if (walls.end) walls.end->covariance.diagonal() += Eigen::Vector2d(offset2, turn2);
-  }
-
-  /// Periodic search for the other side wall, or one across the corridor.
-  void search_missing_walls(const LaserScan& scan, const Predicted& predicted,
-                            CorridorScanUpdate& update) {
-    constexpr int kEvery = 5;
-    const bool one_side = !predicted.walls.left || !predicted.walls.right;
-    const bool no_end = options_.use_end_walls && !predicted.walls.end;
-    if ((!one_side && !no_end) || report_.scans % kEvery != 0) return;
-    const auto found = detector_.acquire(scan, predicted.walls.direction);
-    if (!found) return;
-    if (no_end && found->end) update.walls->end = found->end;
-    if (!predicted.walls.left) {
-      update.walls->left = found->left;
-      update.walls->covariance(1, 1) = found->covariance(1, 1);
-    }
-    if (!predicted.walls.right) {
-      update.walls->right = found->right;
-      update.walls->covariance(2, 2) = found->covariance(2, 2);
-    }
   }
 
   void use_walls(const Predicted& predicted, CorridorScanUpdate& update) {
@@ -220,6 +184,27 @@ class CorridorIns::Engine {
       return ScalarMeasurement<double, SparseRow<double, 1>>{
           -off, {{x.index<Sides>()}, {1.0}}, options_.square_sigma_rad * options_.square_sigma_rad};
     });
+  }
+
+  /// The heading relative to the building, whose walls are along or across the first ones.
+  bool use_building(const LaserScan& scan) {
+    constexpr double kNear_rad = 0.25, kFar_rad = 0.6, kLeastShare = 0.5;
+    const double sigma = sigma_of(variances<Heading>(filter_.covariance())[0]);
+    const Angle expected =
+        Angle::radians(*first_direction_rad_ - filter_.state().get<Heading>()[0]) -
+        options_.T_base_laser.raw().heading();
+    const auto seen = finder_.detector().square_direction(
+        scan, expected, Angle::radians(std::clamp(3.0 * sigma, kNear_rad, kFar_rad)));
+    if (!seen || seen->length_m < kLeastShare * seen->total_m) return false;
+    ++report_.headings_used;
+    const double off =
+        std::remainder((expected - seen->direction).radians(), 0.5 * std::numbers::pi);
+    const double sigma2 = options_.building_sigma_rad * options_.building_sigma_rad;
+    filter_.update([&](const CorridorState& x) {
+      return ScalarMeasurement<double, SparseRow<double, 1>>{
+          off, {{x.index<Heading>()}, {1.0}}, sigma2};
+    });
+    return true;
   }
 
   void remember_this_scan(const CorridorWalls& detected) {
@@ -284,12 +269,46 @@ class CorridorIns::Engine {
     return false;
   }
 
+  /// The way along the corridor by the edges of its walls, unless a wall across gives it.
+  bool use_marks(const LaserScan& scan, const CorridorScanUpdate& update) {
+    if (update.outcome == WallOutcome::reacquired && walls_.has_line_across()) walls_.forget_end();
+    if (update.outcome != WallOutcome::used || walls_.has_end()) return false;
+    auto edges = finder_.detector().edges(scan, *update.walls);
+    if (!walls_.has_line_across() || marks_.are_passed()) {
+      walls_.enter_line_across(*update.walls, filter_);
+      marks_.begin(std::move(edges));
+      return false;
+    }
+    const SeenEnd seen = walls_.predict(filter_).end;
+    const auto shift = marks_.match(edges, seen.innovation[1]);
+    const bool used = shift && use_shift(*shift, seen);
+    report_.marks_used += used ? 1 : 0;
+    report_.refused_marks += shift && !used ? 1 : 0;
+    return used;
+  }
+
+  /// Of the line across through the laser where the marks began.
+  bool use_shift(const CorridorMarks::Shift& shift, const SeenEnd& seen) {
+    SparseRow<double, 5> row{seen.rows.index, {}};
+    Eigen::Map<Eigen::Matrix<double, 1, 5>>(row.value.data()) = seen.rows.value.row(1);
+    const double sigma = std::hypot(shift.sigma_m, options_.marks_sigma_m);
+    return filter_
+        .update(
+            [&](const CorridorState&) {
+              return ScalarMeasurement<double, SparseRow<double, 5>>{-shift.shift_m, row,
+                                                                     sigma * sigma};
+            },
+            gates_[1])
+        .accepted;
+  }
+
   CorridorInsOptions options_;
   Filter filter_;
   CorridorMotion process_;
   MotionWatch watch_;
-  WallDetector detector_;
+  WallFinder finder_;
   WallStates walls_;
+  CorridorMarks marks_;
   CorridorReport report_;
   double gates_[4] = {};
   std::optional<LogTime> time_, scan_time_;
@@ -314,33 +333,5 @@ const SquareOf<CorridorState>& CorridorIns::covariance() const {
   return engine_->filter().covariance();
 }
 const CorridorReport& CorridorIns::report() const { return engine_->report(); }
-
-SE2d CorridorIns::pose() const {
-  return SE2d(state().get<Position>(), SO2d(Angle::radians(state().get<Heading>()[0])));
-}
-
-Eigen::Matrix3d CorridorIns::pose_covariance() const {
-  constexpr auto kAt = CorridorState::indices<Position, Heading>();
-  return covariance()(kAt, kAt);
-}
-
-Eigen::Matrix<double, 5, 5> CorridorIns::joint_covariance() const {
-  constexpr auto kAt = CorridorState::indices<Position, Heading, BiasWalk, Scale, Bias>();
-  Eigen::Matrix<double, 5, 7> pick = Eigen::Matrix<double, 5, 7>::Identity();
-  pick(3, 5) = 1.0;
-  return pick * covariance()(kAt, kAt) * pick.transpose();
-}
-Estimate CorridorIns::gyro_bias() const {
-  constexpr auto kAt = CorridorState::indices<BiasWalk, Bias>();
-  const Eigen::Matrix3d p = covariance()(kAt, kAt);
-  return {state().get<BiasWalk>()[0] + state().get<Bias>()[0],
-          sigma_of(p(0, 0) + p(1, 1) + 2.0 * p(0, 1))};
-}
-Estimate CorridorIns::gyro_drift() const {
-  return {state().get<Bias>()[1], sigma_of(variances<Bias>(covariance())[1])};
-}
-Estimate CorridorIns::speed_scale() const {
-  return {state().get<Scale>()[0], sigma_of(variances<Scale>(covariance())[0])};
-}
 
 }  // namespace wayfare

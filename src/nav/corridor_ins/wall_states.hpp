@@ -82,7 +82,9 @@ class WallStates {
 
   [[nodiscard]] bool has_walls() const { return left_ || right_; }
   void forget_walls() { left_ = right_ = false; }
-  void forget_end() { has_end_ = false; }
+  void forget_end() { has_end_ = has_line_across_ = false; }
+  [[nodiscard]] bool has_end() const { return has_end_; }
+  [[nodiscard]] bool has_line_across() const { return has_line_across_; }
 
   [[nodiscard]] Predicted predict(const Filter& filter) const {
     const CorridorState& x = filter.state();
@@ -137,6 +139,18 @@ class WallStates {
     seen.covariance = angle_first(detected);
     replace<End>({0, 1}, x, seen, filter);
     has_end_ = true;
+    has_line_across_ = false;
+  }
+
+  /// In place of a wall across: the line through the laser across the corridor. Its offset is then
+  /// the way back along the corridor.
+  void enter_line_across(const CorridorWalls& detected, Filter& filter) {
+    constexpr double kExact = 1e-8;
+    NormalPoint line{0.0, detected.direction, kExact * Eigen::Matrix2d::Identity()};
+    line.covariance(1, 1) += detected.covariance(0, 0);
+    enter_end(line, filter);
+    has_end_ = false;
+    has_line_across_ = true;
   }
 
  private:
@@ -169,7 +183,7 @@ class WallStates {
 
   SeenBy<Sides> sides_;
   SeenBy<End> end_;
-  bool left_ = false, right_ = false, has_end_ = false;
+  bool left_ = false, right_ = false, has_end_ = false, has_line_across_ = false;
 };
 
 /// `detected` with direction and sides reversed if opposite to `predicted`.
