@@ -12,6 +12,7 @@ foreach(program IN LISTS PROGRAMS)
   set(name "wayfare-${name}")
   file(INSTALL "${program}" DESTINATION "${CMAKE_INSTALL_PREFIX}/bin" TYPE PROGRAM RENAME "${name}")
   set(installed "${root}/bin/${name}")
+  file(RPATH_REMOVE FILE "${installed}")  # some libraries of others add their folder
   if(STRIP)
     execute_process(COMMAND "${STRIP}" "${installed}" COMMAND_ERROR_IS_FATAL ANY)
   endif()

@@ -72,7 +72,8 @@ foreach(program IN LISTS programs)
   expect("${name} --version" "${text}" "^${name} ${VERSION}\n$")
   execute_process(COMMAND gzip -dc "${root}/usr/share/man/man1/${name}.1.gz" OUTPUT_VARIABLE page
                   COMMAND_ERROR_IS_FATAL ANY)
-  expect("the page of ${name}" "${page}" "SH NAME\n${name} ")
+  string(REPLACE "\\-" "-" plain "${page}")
+  expect("the page of ${name}" "${plain}" "SH NAME\n${name} ")
   if(groff)
     file(WRITE "${WORK}/page.1" "${page}")
     execute_process(COMMAND "${groff}" -man -ww -z -Tutf8 -K utf8 "${WORK}/page.1"
