@@ -158,7 +158,7 @@ int main(int argc, char** argv) {
       "root mean squares of the position over a drive, mean and worst of the seeds.");
   Options o;
   app.add_option("--seeds", o.seeds, "drives per world").positive();
-  app.add_option("--seed", o.first, "of the first drive");
+  app.add_option("--seed", o.first, "of the random numbers, for the first drive");
   app.add_number("--speed", o.speed_m_s, 0.1, 5.0, "the robot's largest, m/s");
   app.add_number("--turn-rate", o.turn_deg_s, 5.0, 360.0, "the robot's largest, deg/s");
   app.add_number("--rate", o.rate_hz, 0.5, 50.0, "revolutions of the LiDAR per second");
@@ -166,7 +166,8 @@ int main(int argc, char** argv) {
                  "time from a scan's first beam to its last, ms");
   app.add_option("--only", o.only, "the systems with this in their name");
   app.add_flag("--each", o.each, "print every drive");
-  app.add_flag("--quiet", o.quiet, "no progress");
+  app.add_flag("--quiet", o.quiet, kQuietHelp);
+  app.example("--seeds 5", "five drives in each world");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("sweep_study", run(o));
 }

@@ -269,7 +269,7 @@ void add_options(CommandLine& app, Options& o) {
   app.add_option("--samples", o.score.samples, "of tau, at least").range(1, 1000000).show_default();
   app.add_flag("--sensor-model", o.sensor_model, "also draw the sensor models of radar_slam");
   o.truth.add_options(app);
-  add_seed(app, o, "of the samples, and of the world of --plan");
+  add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
 }
@@ -283,9 +283,10 @@ int main(int argc, char** argv) {
       std::string(kRobotLogs) +
       ". Writes scans.svg and report.html; with --score also score_, tau_, along_ and across_ "
       "pictures of each sensor, with --sensor-model inverse_model.svg and likelihood.svg.");
-  app.footer(
-      "Example:\n  draw_scans robot.log out/trajectory.tum --map out/map.yaml --at 60 --frames 40 "
-      "--around 6 --out pictures");
+  app.example("robot.log out/trajectory.tum --map out/map.yaml --out pictures",
+              "all scans over the map");
+  app.example("robot.log out/trajectory.tum --at 60 --frames 40 --around 6 --out moment",
+              "one LiDAR scan and forty radar frames, 6 m about the robot");
   Options o;
   add_options(app, o);
   if (const auto code = app.parse(argc, argv)) return *code;

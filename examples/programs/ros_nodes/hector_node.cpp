@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   app.add_flag("--imu", a.node.imu, "level the scans by an inertial unit, and fuse it");
   examples::add_unit_options(app, a);
   examples::add_slam_options(app, a, "hector_slam");
+  app.example("--imu scan:=front/scan", "a walker or a rolling vehicle with an inertial unit");
   return examples::run_slam_node(argc, argv, "hector_node", app, a.node, [&] {
     a.node.odometry = odometry;
     return examples::complete(a, examples::hector_slam_fields(a.node.hector), a.node.hector.map);

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   examples::add_slam_options(app, a, "pedestrian_slam");
   examples::add_resolution(app, a);
   examples::add_threads(app, a);
+  app.example("scan:=head/scan imu:=head/imu", "a range finder and a unit on the head");
   return examples::run_slam_node(argc, argv, "pedestrian_slam_node", app, a.node, [&] {
     const bool by_map = !walker.no_feedback && !walker.no_heading;
     a.node.magnetometer = !walker.no_magnetometer && !by_map;

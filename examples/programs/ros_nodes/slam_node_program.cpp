@@ -77,7 +77,7 @@ void add_unit_options(CommandLine& app, SlamNodeArguments& a) {
 
 void add_threads(CommandLine& app, SlamNodeArguments& a) {
   app.add_number("--threads", a.node.slam.threads, 1, 64,
-                 "more than one: loop search and particles run in parallel");
+                 "worker threads; more than one: loop search and particles run in parallel");
 }
 
 void add_resolution(CommandLine& app, SlamNodeArguments& a) {

@@ -71,6 +71,7 @@ int main(int argc, char** argv) {
   app.add_option("--tracker", tracker,
                  "of a station: the tracker to publish, eight hexadecimal digits; by default the "
                  "first that is heard");
+  app.example("--port /dev/ttyUSB0", "an MTi, or the first tracker of a station");
   const auto started = examples::start_node(argc, argv, "xsens_driver_node", app);
   if (!started.node) return started.exit_code;
   ros::Node& node = *started.node;
