@@ -200,7 +200,7 @@ int main(int argc, char** argv) {
   app.add_option("--runs", o.runs, "drives, one per seed").range(1, 100000);
   app.add_option("--seed", o.first_seed, "of the random numbers, for the first drive");
   add_threads(app, o.threads);
-  app.add_number("--scan-rate", o.scan_rate_hz, 0.1, 1000.0, "of the simulated laser, Hz");
+  app.add_number("--scan-rate", o.scan_rate_hz, 0.1, 1000.0, "scans per second");
   app.add_option("--rate", o.rate_hz, "use scans at this rate at most, Hz; default: all")
       .range(0.001, 1e6);
   app.add_option("--doors", o.doors, "distance between doors along each wall, m; 0: none")

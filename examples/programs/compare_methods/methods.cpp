@@ -102,12 +102,12 @@ Result<Trajectory> graph(const MethodData& d, const SlamProgress& progress) {
   return trajectory_of(run_graph_slam(d.recording, options, progress));
 }
 
-/// With as many passes as in corridor_ins.
+/// With as many passes as in corridor_ins, and its direction of travel.
 Result<Trajectory> corridor(const MethodData& d, const SlamProgress& progress) {
   constexpr int kPasses = 4;
   const auto run =
-      run_corridor_passes(d.recording, motion_of(d.recording), corridor_options_of(d.recording),
-                          kPasses, [&](double fraction) {
+      run_corridor_passes(d.recording, signed_motion_of(d.recording).motion,
+                          corridor_options_of(d.recording), kPasses, [&](double fraction) {
                             if (progress) progress(fraction);
                           });
   if (!run) return run.error();
