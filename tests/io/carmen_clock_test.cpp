@@ -125,6 +125,17 @@ TEST(CarmenClock, JitteringStampsAreInterpolated) {
   EXPECT_NEAR(scans_last_s(log), 0.2 * (kClockScans - 1), 0.41);
 }
 
+TEST(CarmenClock, EqualStampsAreSpread) {
+  // Whole seconds, of five scans each; the last second is not spread.
+  const auto coarse = [](int i) { return std::to_string(1000 + i / 5); };
+  const CarmenLog log = log_of(damaged_log({.sensor = coarse}));
+  EXPECT_EQ(log.statistics.clock, ClockState::interpolated);
+  ASSERT_EQ(log.recording.scans.size(), std::size_t{kClockScans});
+  for (std::size_t i = 0; i + 5 < kClockScans; ++i)
+    EXPECT_NEAR(to_seconds(log.recording.scans[i].time.since_epoch()),
+                1000.0 + 0.2 * static_cast<double>(i), 1e-6);
+}
+
 TEST(CarmenClock, DecimalCommasAreRead) {
   std::string text = damaged_log({});
   for (char& c : text)

@@ -14,6 +14,10 @@ struct Scans {
   std::vector<std::size_t> lines;
   std::vector<LogTime> times;         ///< stamps
   std::vector<LogTime> logger_times;  ///< of the lines that have one
+  std::size_t equal = 0;              ///< different scans with the stamp of the one before
+
+  /// Whether too many are equal, as with stamps of few digits.
+  [[nodiscard]] bool are_coarse() const { return equal * 50 > lines.size(); }
 };
 
 constexpr Duration kLargestPeriod = std::chrono::seconds(10);
@@ -142,8 +146,7 @@ std::optional<ClockRepair> continue_clock(LogLines& lines, const Scans& scans) {
 
 // ---- single stamps out of order ------------------------------------------------------------
 
-/// Times that are not in the largest ordered set, between those before and after it, by their
-/// place.
+/// Times that are not kept, between those before and after them, by their place.
 void interpolate(std::vector<LogTime>& times, const std::vector<bool>& keep) {
   const auto known = [&](std::size_t i) { return keep[i]; };
   std::size_t before = times.size();
@@ -171,18 +174,26 @@ void interpolate_disordered(Lines& lines) {
   std::vector<LogTime> times;
   times.reserve(lines.size());
   for (auto& line : lines) times.push_back(time_of(line));
-  const std::vector<bool> keep = largest_ordered_set(times);
+  std::vector<bool> keep = largest_ordered_set(times);
+  std::optional<LogTime> last;  // of equal stamps the first is kept
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!keep[i]) continue;
+    keep[i] = times[i] != last;
+    last = times[i];
+  }
   interpolate(times, keep);
   for (std::size_t i = 0; i < lines.size(); ++i) time_of(lines[i]) = times[i];
 }
 
-std::optional<ClockRepair> interpolate_clock(LogLines& lines, const Scans& scans) {
+/// `in_order`: most stamps are in order, but many are equal.
+std::optional<ClockRepair> interpolate_clock(LogLines& lines, const Scans& scans, bool in_order) {
   const std::size_t n = scans.times.size(), kept = count(largest_ordered_set(scans.times));
-  if (2 * kept < n || !median_step(scans.times)) return std::nullopt;
+  if (2 * kept < n || !(in_order || median_step(scans.times))) return std::nullopt;
   for_each_stream(lines, [](auto& stream) { interpolate_disordered(stream); });
   return ClockRepair{ClockState::interpolated,
                      "time stamps of " + std::to_string(n - kept) + " of " + std::to_string(n) +
-                         " scans are out of order: their times are interpolated"};
+                         " scans are out of order, of " + std::to_string(scans.equal) +
+                         " that of the scan before: their times are interpolated"};
 }
 
 // ---- stamps without use --------------------------------------------------------------------
@@ -263,10 +274,16 @@ ClockRepair repair_clock(LogLines& lines, const std::vector<ScanLine>& scan_line
     scans.lines.push_back(line.line);
     scans.times.push_back(line.scan.time);
     if (line.logger_time) scans.logger_times.push_back(*line.logger_time);
+    if (&line == &scan_lines.front()) continue;
+    const ScanLine& before = *(&line - 1);
+    if (line.scan.time == before.scan.time && line.scan.ranges_m != before.scan.ranges_m)
+      ++scans.equal;
   }
-  if (scans.times.empty() || is_usable(scans.times)) return {};
-  if (auto done = continue_clock(lines, scans)) return *done;
-  if (auto done = interpolate_clock(lines, scans)) return *done;
+  const bool usable = scans.times.empty() || is_usable(scans.times);
+  if (usable && !scans.are_coarse()) return {};
+  if (!usable)
+    if (auto done = continue_clock(lines, scans)) return *done;
+  if (auto done = interpolate_clock(lines, scans, usable)) return *done;
   const std::string fault = fault_of(scans.times);
   if (auto done = take_logger_times(lines, scans, fault)) return *done;
   return number_scans(lines, scans, default_period, fault);
