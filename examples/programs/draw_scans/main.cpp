@@ -246,9 +246,8 @@ void add_options(CommandLine& app, Options& o) {
   const Option at = app.add_option("--at", o.at_s,
                                    "one LiDAR scan and --frames radar frames (by default 20), s "
                                    "after the first scan");
-  app.add_option("--from", o.from_s, "scans from then on, s after the first scan")
-      .excludes(at.name());
-  app.add_option("--to", o.to_s, "scans until then, s").excludes(at.name());
+  app.add_option("--from", o.from_s, "begin, s after the first scan").excludes(at.name());
+  app.add_option("--to", o.to_s, "end, s after the first scan").excludes(at.name());
   app.add_option("--frames", o.frames,
                  "radar frames of --at and of the scan of --score; of a span, the first ones")
       .range(1, 100000);
@@ -259,7 +258,7 @@ void add_options(CommandLine& app, Options& o) {
       "--score", o.score_s,
       "the scan matcher's score of the scan at this time, s, in the map of the scans before it, "
       "and the samples of tau");
-  app.add_option("--window", o.score.window_m, "of --score: half its width, m")
+  app.add_option("--window", o.score.window_m, "half the width of the search window: of --score, m")
       .range(0.05, 3.0)
       .show_default();
   app.add_option("--motion-sigma", o.score.motion_m,

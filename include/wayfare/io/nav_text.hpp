@@ -76,7 +76,7 @@ struct RangesFile {
 /// Columns lat lon h; sn se sd (standard deviations), sne seu sun (signed roots of covariances, as
 /// RTKLIB writes them); vn ve vd or vu; svn sve svd; sh and sv_h (horizontal and vertical accuracy)
 /// instead of sn se sd; speed and course instead of vn ve; q (quality, RTKLIB's numbers). Or
-/// Earth-fixed: x y z; sx sy sz, sxy syz szx; vx vy vz.
+/// Earth-fixed: ecef_x ecef_y ecef_z; ecef_sx …, ecef_sxy ecef_syz ecef_szx; ecef_vx ….
 struct FixFile {
   std::vector<GnssFix> fixes;  ///< in the order of the file
   std::vector<int> qualities;  ///< of each fix; 0: not given
@@ -90,7 +90,8 @@ struct FixFile {
 [[nodiscard]] Result<FixFile> parse_fixes(std::string_view text, const std::string& source,
                                           const ColumnFormat& format = {});
 
-/// Columns lat lon h; vn ve and vd or vu; roll pitch yaw. Or Earth-fixed: x y z, vx vy vz.
+/// Columns lat lon h; vn ve and vd or vu; roll pitch yaw. Or Earth-fixed: ecef_x …,
+/// ecef_vx ….
 struct NavFile {
   NavTrajectory trajectory;   ///< in the order of the file; missing quantities are zero
   bool has_velocity = false;  ///< columns vn ve

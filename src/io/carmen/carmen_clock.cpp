@@ -67,7 +67,7 @@ bool is_usable(const std::vector<LogTime>& times) {
     last = times[i];
     ++distinct;
   }
-  return n < kFewest || distinct * 10 > n;
+  return n < kFewest || (distinct > 1 && distinct * 10 > n);
 }
 
 /// Of the steps from one stamp to the next that are positive and not a gap.

@@ -30,13 +30,13 @@ constexpr std::pair<std::string_view, std::string_view> kNames[] = {
     {"vu(m/s)", "vu_mps"},        {"sdvn", "svn_mps"},
     {"sdve", "sve_mps"},          {"sdvu", "svd_mps"},
     {"roll(deg)", "roll_deg"},    {"pitch(deg)", "pitch_deg"},
-    {"yaw(deg)", "yaw_deg"},      {"x-ecef(m)", "x_m"},
-    {"y-ecef(m)", "y_m"},         {"z-ecef(m)", "z_m"},
-    {"sdx(m)", "sx_m"},           {"sdy(m)", "sy_m"},
-    {"sdz(m)", "sz_m"},           {"sdxy(m)", "sxy_m"},
-    {"sdyz(m)", "syz_m"},         {"sdzx(m)", "szx_m"},
-    {"vx(m/s)", "vx_mps"},        {"vy(m/s)", "vy_mps"},
-    {"vz(m/s)", "vz_mps"}};
+    {"yaw(deg)", "yaw_deg"},      {"x-ecef(m)", "ecef_x_m"},
+    {"y-ecef(m)", "ecef_y_m"},    {"z-ecef(m)", "ecef_z_m"},
+    {"sdx(m)", "ecef_sx_m"},      {"sdy(m)", "ecef_sy_m"},
+    {"sdz(m)", "ecef_sz_m"},      {"sdxy(m)", "ecef_sxy_m"},
+    {"sdyz(m)", "ecef_syz_m"},    {"sdzx(m)", "ecef_szx_m"},
+    {"vx(m/s)", "ecef_vx_mps"},   {"vy(m/s)", "ecef_vy_mps"},
+    {"vz(m/s)", "ecef_vz_mps"}};
 
 std::string our_name(std::string_view heading) {
   for (const auto& [theirs, ours] : kNames)
@@ -89,19 +89,23 @@ void append_position(std::string& out, const Geodetic& p) {
   append_numbers(out, {p.latitude.degrees(), p.longitude.degrees(), p.height_m});
 }
 
-constexpr Quantity kFix[] = {
-    {"lat", Dimension::angle},   {"lon", Dimension::angle},    {"h", Dimension::length},
-    {"sn", Dimension::length},   {"se", Dimension::length},    {"sd", Dimension::length},
-    {"sne", Dimension::length},  {"seu", Dimension::length},   {"sun", Dimension::length},
-    {"vn", Dimension::speed},    {"ve", Dimension::speed},     {"vd", Dimension::speed},
-    {"svn", Dimension::speed},   {"sve", Dimension::speed},    {"svd", Dimension::speed},
-    {"vu", Dimension::speed},    {"sh", Dimension::length},    {"sv_h", Dimension::length},
-    {"speed", Dimension::speed}, {"course", Dimension::angle}, {"sspeed", Dimension::speed},
-    {"q", Dimension::none},      {"x", Dimension::length},     {"y", Dimension::length},
-    {"z", Dimension::length},    {"sx", Dimension::length},    {"sy", Dimension::length},
-    {"sz", Dimension::length},   {"sxy", Dimension::length},   {"syz", Dimension::length},
-    {"szx", Dimension::length},  {"vx", Dimension::speed},     {"vy", Dimension::speed},
-    {"vz", Dimension::speed}};
+constexpr Quantity kFix[] = {{"lat", Dimension::angle},       {"lon", Dimension::angle},
+                             {"h", Dimension::length},        {"sn", Dimension::length},
+                             {"se", Dimension::length},       {"sd", Dimension::length},
+                             {"sne", Dimension::length},      {"seu", Dimension::length},
+                             {"sun", Dimension::length},      {"vn", Dimension::speed},
+                             {"ve", Dimension::speed},        {"vd", Dimension::speed},
+                             {"svn", Dimension::speed},       {"sve", Dimension::speed},
+                             {"svd", Dimension::speed},       {"vu", Dimension::speed},
+                             {"sh", Dimension::length},       {"sv_h", Dimension::length},
+                             {"speed", Dimension::speed},     {"course", Dimension::angle},
+                             {"sspeed", Dimension::speed},    {"q", Dimension::none},
+                             {"ecef_x", Dimension::length},   {"ecef_y", Dimension::length},
+                             {"ecef_z", Dimension::length},   {"ecef_sx", Dimension::length},
+                             {"ecef_sy", Dimension::length},  {"ecef_sz", Dimension::length},
+                             {"ecef_sxy", Dimension::length}, {"ecef_syz", Dimension::length},
+                             {"ecef_szx", Dimension::length}, {"ecef_vx", Dimension::speed},
+                             {"ecef_vy", Dimension::speed},   {"ecef_vz", Dimension::speed}};
 constexpr std::size_t kFixX = 22;
 
 /// Variances from standard deviations; nullopt where one, or its square, is not positive and
@@ -236,12 +240,12 @@ std::string format_fixes(std::span<const GnssFix> fixes) {
 namespace {
 
 constexpr Quantity kNav[] = {
-    {"lat", Dimension::angle},  {"lon", Dimension::angle},   {"h", Dimension::length},
-    {"vn", Dimension::speed},   {"ve", Dimension::speed},    {"vd", Dimension::speed},
-    {"roll", Dimension::angle}, {"pitch", Dimension::angle}, {"yaw", Dimension::angle},
-    {"vu", Dimension::speed},   {"x", Dimension::length},    {"y", Dimension::length},
-    {"z", Dimension::length},   {"vx", Dimension::speed},    {"vy", Dimension::speed},
-    {"vz", Dimension::speed}};
+    {"lat", Dimension::angle},     {"lon", Dimension::angle},     {"h", Dimension::length},
+    {"vn", Dimension::speed},      {"ve", Dimension::speed},      {"vd", Dimension::speed},
+    {"roll", Dimension::angle},    {"pitch", Dimension::angle},   {"yaw", Dimension::angle},
+    {"vu", Dimension::speed},      {"ecef_x", Dimension::length}, {"ecef_y", Dimension::length},
+    {"ecef_z", Dimension::length}, {"ecef_vx", Dimension::speed}, {"ecef_vy", Dimension::speed},
+    {"ecef_vz", Dimension::speed}};
 constexpr std::size_t kNavX = 10;
 
 }  // namespace
