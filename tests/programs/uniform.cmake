@@ -4,7 +4,7 @@
 cmake_minimum_required(VERSION 3.22)
 
 # Names that mean something else from program to program.
-set(different --base-frame --baud --beams --calibration --config --farthest --first --first-seed
+set(different --base-frame --baud --beams --calibration --config --each --farthest --first --first-seed
     --forward --frames --gyro-bias --heading --imu --imu-rate --kernel --max-range --min-range --nav
     --no-magnetometer --no-odometry --obs --only --out --outage --particles --period --port
     --pressure-drift --pressure-noise --print-config --rate --runs --satellites --seconds --seeds
