@@ -54,8 +54,14 @@ Summary summary_of(const std::vector<Errors>& errors, double Errors::*member) {
 }
 
 eval::Table method_table(const Arguments& o, const std::vector<Walk>& walks) {
-  eval::Table table(
-      {{"walk"}, {"method"}, {"mean error", "m"}, {"worst", "m"}, {"of the path", "%"}});
+  eval::Table table({{"walk"},
+                     {"method"},
+                     {"mean error", "m"},
+                     {"worst", "m"},
+                     {"of the path", "%"},
+                     {"better than submaps", "%"}});
+  const auto submaps = static_cast<std::size_t>(
+      std::find(methods().begin(), methods().end(), "submaps") - methods().begin());
   std::vector<std::vector<double>> errors(methods().size());
   double length_m = 0.0;
   for_each_walk(
@@ -70,13 +76,15 @@ eval::Table method_table(const Arguments& o, const std::vector<Walk>& walks) {
         std::printf("  scale %.3f\n", e.scale);
       },
       [&](const Walk& walk) {
+        const double of_submaps_m = summarise(errors.at(submaps)).mean;
         for (std::size_t m = 0; m < errors.size(); ++m) {
           const Summary s = summarise(errors[m]);
           table.add_row({walk.name + ", " + eval::fixed(length_m, 0) + " m", methods()[m],
                          eval::mean_std(s.mean, s.std, 3), eval::fixed(s.max, 3),
-                         eval::fixed(100 * s.mean / length_m, 2)});
-          errors[m].clear();
+                         eval::fixed(100 * s.mean / length_m, 2),
+                         eval::fixed(100 * (1.0 - s.mean / of_submaps_m), 1)});
         }
+        for (std::vector<double>& of_method : errors) of_method.clear();
       });
   return table;
 }
