@@ -17,7 +17,7 @@ struct Scans {
   std::size_t equal = 0;              ///< different scans with the stamp of the one before
 
   /// Whether too many are equal, as with stamps of few digits.
-  [[nodiscard]] bool are_coarse() const { return equal * 50 > lines.size(); }
+  [[nodiscard]] bool are_coarse() const { return equal * 25 > lines.size(); }
 };
 
 constexpr Duration kLargestPeriod = std::chrono::seconds(10);
