@@ -12,10 +12,10 @@
 namespace wayfare::decode {
 namespace {
 
-std::vector<std::string> legacy_captures() {
+constexpr const char* kLegacy = "devices/rplidar/legacy_scan_bin";
+
+std::vector<std::string> captures_in(const std::string& folder) {
   std::vector<std::string> paths;
-  const std::string folder = testing::recording("devices/rplidar/legacy_scan_bin");
-  if (folder.empty()) return paths;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
     if (entry.is_regular_file()) paths.push_back(entry.path().string());
   std::sort(paths.begin(), paths.end());
@@ -23,8 +23,8 @@ std::vector<std::string> legacy_captures() {
 }
 
 TEST(RplidarCaptures, EveryNodeOfTheMakersDriver) {
-  const auto paths = legacy_captures();
-  if (paths.empty()) GTEST_SKIP() << "needs devices/rplidar/legacy_scan_bin in WAYFARE_DATA_DIR";
+  WAYFARE_NEEDS_RECORDING(folder, kLegacy);
+  const auto paths = captures_in(folder);
   EXPECT_EQ(paths.size(), 60U);
   const Stream scan_begins = descriptor(RplidarResponse::node, 5, true);
   std::size_t nodes = 0;
@@ -43,8 +43,8 @@ TEST(RplidarCaptures, EveryNodeOfTheMakersDriver) {
 }
 
 TEST(RplidarCaptures, StopsAndRestartsAreDecoded) {
-  const auto paths = legacy_captures();
-  if (paths.empty()) GTEST_SKIP() << "needs devices/rplidar/legacy_scan_bin in WAYFARE_DATA_DIR";
+  WAYFARE_NEEDS_RECORDING(folder, kLegacy);
+  const auto paths = captures_in(folder);
   // Concatenated to one stream that begins inside a scan: every file begins with the rest of an
   // earlier scan, a stop, and the responses to two requests.
   Stream all;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <wayfare/decode/ubx.hpp>
 #include <wayfare/decode/ubx_messages.hpp>
 
 namespace wayfare::decode {

@@ -1,6 +1,5 @@
 // Covariances from selected blocks of H⁻¹, which are a law of the solver.
 
-#include <filesystem>
 #include <string>
 #include <variant>
 
@@ -14,6 +13,7 @@
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif
 
+#include "io/support.hpp"
 #include "tangle.hpp"
 
 namespace wayfare {
@@ -89,8 +89,7 @@ void compare_with_cholmod(const PoseGraph<G>& graph) {
 
 TEST(SelectedInverse, EqualsCholmodOnRealGraphs) {
   for (const std::string name : {"M3500", "sphere2500"}) {
-    const std::string path = std::string(WAYFARE_DATA_DIR) + "/posegraph/" + name + ".g2o.gz";
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << "needs posegraph in WAYFARE_DATA_DIR";
+    WAYFARE_NEEDS_RECORDING(path, "posegraph/" + name + ".g2o.gz");
     const auto file = io::read_g2o(path);
     ASSERT_TRUE(file) << file.error().to_string();
     std::visit([](const auto& any) { compare_with_cholmod(io::to_pose_graph(any)); }, *file);

@@ -78,7 +78,7 @@ TEST(TrackFormats, RtklibPosReadsBack) {
 TEST(TrackFormats, KmlAndGpx) {
   const TrackText text{"drive <1> & \"2\"\x01", "test"};
   const std::string kml = format_kml(sample_track(), text), gpx = format_gpx(sample_track(), text);
-  EXPECT_THAT(kml, HasSubstr("<name>drive &lt;1&gt; &amp; &quot;2&quot;</name>"));
+  EXPECT_THAT(kml, HasSubstr("<name>drive &lt;1&gt; &amp; &quot;2&quot;\ufffd</name>"));
   EXPECT_THAT(kml, HasSubstr("-75.697193100,-45.421529600,72.500\n-178.750000000,"));
   EXPECT_THAT(gpx, HasSubstr("<trkpt lat=\"-45.421529600\" lon=\"-75.697193100\"><ele>72.500</ele>"
                              "<time>2021-12-31T23:59:59.750Z</time></trkpt>"));

@@ -2,6 +2,7 @@
 
 #include <wayfare/ros/serialise.hpp>
 
+#include <wayfare/ros/message_parts.hpp>
 #include <wayfare/ros/messages.hpp>
 
 #include <gmock/gmock.h>

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/slam/radar_slam.hpp>
+#include <wayfare/slam/radar_slam_options.hpp>
 
 #include "radar_slam_support.hpp"
 #include "support.hpp"

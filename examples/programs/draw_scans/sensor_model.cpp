@@ -56,7 +56,7 @@ io::Series likelihood(const char* name, const LikelihoodField& field) {
   return series;
 }
 
-/// A wall on the y axis with free space around it, of so many returns in every cell.
+/// A wall on the y axis, `returns` hits in each of its cells, with free space around it.
 OccupancyGrid wall(const OccupancyGridOptions& options, LogOdds hit, int returns) {
   OccupancyGrid map(options);
   const int reach = static_cast<int>(2.0 / options.resolution_m);

@@ -17,7 +17,7 @@
 
 namespace wayfare::examples {
 
-/// The measurements to draw: those from `from` to `until`, at most so many of each sensor.
+/// The measurements to draw: those from `from` to `until`, the first `scans` and `frames` of them.
 struct ScanChoice {
   LogTime from = LogTime::from_nanoseconds(std::numeric_limits<std::int64_t>::min()),
           until = LogTime::from_nanoseconds(std::numeric_limits<std::int64_t>::max());

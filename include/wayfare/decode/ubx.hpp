@@ -51,11 +51,15 @@ namespace detail {
 /// Fletcher's checksum of 8 bits (RFC 1145), as the receivers compute it.
 struct Fletcher8 {
   std::uint8_t a = 0, b = 0;
-  void add(std::uint8_t byte) {
-    a = static_cast<std::uint8_t>(a + byte);
-    b = static_cast<std::uint8_t>(b + a);
-  }
 };
+[[nodiscard]] inline Fletcher8 fletcher_sum(Bytes bytes) {
+  Fletcher8 sum;
+  for (const std::uint8_t byte : bytes) {
+    sum.a = static_cast<std::uint8_t>(sum.a + byte);
+    sum.b = static_cast<std::uint8_t>(sum.b + sum.a);
+  }
+  return sum;
+}
 
 }  // namespace detail
 
@@ -68,8 +72,7 @@ struct Fletcher8 {
   store_be(static_cast<std::uint16_t>(id), &out[2]);
   store_le(static_cast<std::uint16_t>(payload.size()), &out[4]);
   if (!payload.empty()) std::memcpy(&out[6], payload.data(), payload.size());
-  detail::Fletcher8 sum;
-  for (std::size_t i = 2; i < total - 2; ++i) sum.add(out[i]);
+  const detail::Fletcher8 sum = detail::fletcher_sum(out.subspan(2, total - 4));
   out[total - 2] = sum.a;
   out[total - 1] = sum.b;
   return total;
@@ -89,7 +92,11 @@ class BasicUbxFraming {
   /// What begins at the front.
   Look look(const Front& front, DecoderStatistics& statistics) {
     const Bytes b = front.bytes;
-    if (b[0] != 0xB5) return Look::skip(until_start(b));
+    if (b[0] != 0xB5) {
+      const std::size_t n = bytes_before(b, 0xB5);
+      examined_ += n;
+      return Look::skip(n);
+    }
     if (b.size() < 2) return Look::need(2);
     if (b[1] != 0x62) return Look::skip(1);
     if (b.size() < 6) return Look::need(6);
@@ -120,18 +127,11 @@ class BasicUbxFraming {
     std::uint8_t a, b;
   };
 
-  std::size_t until_start(Bytes b) {
-    const void* next = std::memchr(b.data(), 0xB5, b.size());
-    const std::size_t n =
-        next == nullptr
-            ? b.size()
-            : static_cast<std::size_t>(static_cast<const std::uint8_t*>(next) - b.data());
-    examined_ += n;
-    return n;
-  }
-
   bool checksum_matches(Bytes b, std::uint64_t position) {
     if (summed_ <= position) {
+      examined_ += b.size();
+      const detail::Fletcher8 sum = detail::fletcher_sum(b.subspan(2, b.size() - 4));
+      if (b[b.size() - 2] == sum.a && b[b.size() - 1] == sum.b) return true;
       summed_ = position;
       at(position) = {0, 0};
     }

@@ -102,11 +102,7 @@ class BasicXbusFraming {
   Look look(const Front& front, DecoderStatistics& statistics) {
     const Bytes b = front.bytes;
     if (b[0] != 0xFA) {
-      const void* next = std::memchr(b.data(), 0xFA, b.size());
-      const std::size_t n =
-          next == nullptr
-              ? b.size()
-              : static_cast<std::size_t>(static_cast<const std::uint8_t*>(next) - b.data());
+      const std::size_t n = bytes_before(b, 0xFA);
       examined_ += n;
       return Look::skip(n);
     }

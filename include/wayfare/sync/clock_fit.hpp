@@ -135,7 +135,7 @@ class ClockEnvelope {
   [[nodiscard]] LogTime operator()(Time<DeviceClock> device) const { return line_(device); }
   /// Seconds of the host per second of the device.
   [[nodiscard]] double rate() const { return line_.rate; }
-  /// Number of times the device's clock jumped or ran backwards, and the line was started anew.
+  /// Number of resets of the fit: the device's clock jumped or ran backwards.
   [[nodiscard]] std::size_t restarts() const { return restarts_; }
 
  private:

@@ -20,17 +20,12 @@ using carmen::Faults;
 using carmen::Measured;
 using carmen::ScanLine;
 
-std::int64_t time_of(const ScanLine& line) { return line.scan.time.nanoseconds(); }
-template <class T>
-std::int64_t time_of(const Measured<T>& line) {
-  return line.value.time.nanoseconds();
-}
-
 template <class Line>
 Error out_of_order(const Line& line, const std::vector<Line>& before, const char* what) {
   std::string message = std::string(what) + " is out of order: time stamp " +
-                        format_nanoseconds(time_of(line)) + " s";
-  if (!before.empty()) message += " after " + format_nanoseconds(time_of(before.back())) + " s";
+                        format_nanoseconds(time_of(line).nanoseconds()) + " s";
+  if (!before.empty())
+    message += " after " + format_nanoseconds(time_of(before.back()).nanoseconds()) + " s";
   return Error{ErrorCode::invalid, std::move(message)};
 }
 
@@ -64,7 +59,7 @@ template <class Line>
 void order(std::vector<Line>& lines, const char* what, Faults& faults) {
   std::vector<LogTime> times;
   times.reserve(lines.size());
-  for (const Line& line : lines) times.push_back(LogTime::from_nanoseconds(time_of(line)));
+  for (const Line& line : lines) times.push_back(time_of(line));
   const std::vector<bool> keep = carmen::largest_ordered_set(times);
   std::vector<Line> kept;
   kept.reserve(lines.size());

@@ -35,12 +35,6 @@ void for_each_stream(LogLines& lines, const F& f) {
   f(lines.truth);
 }
 
-LogTime& time_of(ScanLine& line) { return line.scan.time; }
-template <class T>
-LogTime& time_of(Measured<T>& line) {
-  return line.value.time;
-}
-
 /// Sets the time of each line to time(line number, stamp).
 template <class Time>
 void set_times(LogLines& lines, const Time& time) {

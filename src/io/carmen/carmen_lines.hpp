@@ -36,6 +36,17 @@ struct Measured {
   std::optional<LogTime> logger_time = {};
 };
 
+inline LogTime& time_of(ScanLine& line) { return line.scan.time; }
+inline LogTime time_of(const ScanLine& line) { return line.scan.time; }
+template <class T>
+LogTime& time_of(Measured<T>& line) {
+  return line.value.time;
+}
+template <class T>
+LogTime time_of(const Measured<T>& line) {
+  return line.value.time;
+}
+
 /// Adds to a log's problems.
 class Faults {
  public:

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include <wayfare/gnss/gps_time.hpp>
+#include <wayfare/io/report.hpp>
 
 #include "io/text/text.hpp"
 
@@ -42,30 +43,6 @@ std::string iso_time(LogTime time) {
   return digits(t.civil.year, 4) + '-' + digits(t.civil.month, 2) + '-' + digits(t.civil.day, 2) +
          'T' + digits(t.civil.hour, 2) + ':' + digits(t.civil.minute, 2) + ':' + seconds_of(t) +
          'Z';
-}
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        // XML 1.0 has no other control characters than these.
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') out += c;
-    }
-  }
-  return out;
 }
 
 /// ±180 degrees.
@@ -122,10 +99,10 @@ std::string gga(const NavState& s) {
 
 std::string format_kml(std::span<const NavState> track, const TrackText& text) {
   std::string out(kXml);
-  out += "<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document><name>" + escaped(text.name) +
+  out += "<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document><name>" + escape_html(text.name) +
          "</name>\n<Style id=\"line\"><LineStyle><color>ff3333cc</color><width>3</width>"
          "</LineStyle></Style>\n<Placemark><name>" +
-         escaped(text.name) +
+         escape_html(text.name) +
          "</name><styleUrl>#line</styleUrl><LineString><tessellate>1</tessellate><altitudeMode>"
          "clampToGround</altitudeMode><coordinates>\n";
   for (const NavState& s : track) {
@@ -137,8 +114,8 @@ std::string format_kml(std::span<const NavState> track, const TrackText& text) {
 
 std::string format_gpx(std::span<const NavState> track, const TrackText& text) {
   std::string out(kXml);
-  out += "<gpx version=\"1.1\" creator=\"" + escaped(text.program) +
-         "\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>" + escaped(text.name) +
+  out += "<gpx version=\"1.1\" creator=\"" + escape_html(text.program) +
+         "\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n<trk><name>" + escape_html(text.name) +
          "</name><trkseg>\n";
   for (const NavState& s : track) {
     out += "<trkpt lat=\"" + text::fixed(s.position.latitude.degrees(), 9) + "\" lon=\"" +

@@ -18,7 +18,7 @@ class CorridorMarks {
     marks_ = std::move(edges);
     missing_ = 0;
   }
-  /// Whether it is time to begin anew: no mark was found in three scans in a row.
+  /// Whether tracking is lost: no mark was found in three consecutive scans.
   [[nodiscard]] bool are_passed() const { return missing_ >= 3; }
 
   /// The position of the laser along the corridor less `predicted_m`, and its standard deviation.

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -52,6 +53,14 @@ template <Number T>
 }
 
 /// Writes a number, its least significant byte first.
+/// Number of bytes before the first `value`; all of them where there is none.
+[[nodiscard]] inline std::size_t bytes_before(Bytes bytes, std::uint8_t value) {
+  if (bytes.empty()) return 0;
+  const void* found = std::memchr(bytes.data(), value, bytes.size());
+  if (found == nullptr) return bytes.size();
+  return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - bytes.data());
+}
+
 template <Number T>
 constexpr void store_le(T value, std::uint8_t* p) {
   const std::uint64_t bits = std::bit_cast<detail::UnsignedOf<sizeof(T)>>(value);
