@@ -52,7 +52,6 @@ template <Number T>
   return std::bit_cast<T>(static_cast<U>(bits));
 }
 
-/// Writes a number, its least significant byte first.
 /// Number of bytes before the first `value`; all of them where there is none.
 [[nodiscard]] inline std::size_t bytes_before(Bytes bytes, std::uint8_t value) {
   if (bytes.empty()) return 0;
@@ -61,6 +60,7 @@ template <Number T>
   return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - bytes.data());
 }
 
+/// Writes a number, its least significant byte first.
 template <Number T>
 constexpr void store_le(T value, std::uint8_t* p) {
   const std::uint64_t bits = std::bit_cast<detail::UnsignedOf<sizeof(T)>>(value);
