@@ -44,7 +44,10 @@ class SmootherTape {
   };
   /// A place on the tape.
   struct Place {
-    std::size_t steps = 0, entries = 0, numbers = 0, marks = 0;  ///< written before it
+    std::size_t steps = 0,  ///< written before it
+        entries = 0,        ///< of their matrices
+        numbers = 0,        ///< of their updates
+        marks = 0;          ///< among the steps
     /// The same place after the first `removed` were removed.
     Place& operator-=(const Place& removed) {
       steps -= removed.steps, entries -= removed.entries;
