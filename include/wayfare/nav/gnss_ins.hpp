@@ -23,7 +23,7 @@
 
 namespace wayfare {
 
-namespace nav {
+namespace detail {
 struct InsHistoryAccess;
 }
 
@@ -204,7 +204,7 @@ class GnssIns {
 
  private:
   class Filter;
-  friend struct nav::InsHistoryAccess;
+  friend struct detail::InsHistoryAccess;
   detail::Owned<Filter> filter_;
 };
 

@@ -40,12 +40,6 @@ Error refused(ErrorCode code, LogTime time, const std::string& why) {
   return {code, text + why};
 }
 
-ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
-  const double k = to_seconds(at - a.time) / to_seconds(b.time - a.time);
-  return {at, (1.0 - k) * a.angular_rate_radps + k * b.angular_rate_radps,
-          (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
-}
-
 }  // namespace
 
 /// Recent measurements in order of time, and snapshots of the engine for replay.
@@ -272,7 +266,7 @@ class GnssIns::Filter {
     if (next == log_.end()) return false;
     const auto& s = std::get<ImuSample>(next->measurement);
     const ImuSample last = engine_->last_sample();
-    engine_->advance(interpolate(last, s, t), is_gap(last, s), events_);
+    engine_->advance(nav::interpolate(last, s, t), is_gap(last, s), events_);
     return true;
   }
 
@@ -339,11 +333,11 @@ std::vector<GnssInsNotice> GnssIns::take_notices() {
   return std::exchange(filter_->events().notices, {});
 }
 
-void nav::InsHistoryAccess::keep(GnssIns& filter) {
+void detail::InsHistoryAccess::keep(GnssIns& filter) {
   filter.filter_->history().open(Duration::max() / 2);
 }
-void nav::InsHistoryAccess::smooth(const GnssIns& filter, InsAdjoint& adjoint,
-                                   const std::function<void(const InsView&)>& sink) {
+void detail::InsHistoryAccess::smooth(const GnssIns& filter, InsAdjoint& adjoint,
+                                      const std::function<void(const nav::InsView&)>& sink) {
   filter.filter_->history().back(adjoint, [&](LogTime, const auto& smoothed) {
     sink(smoothed().view());
     return true;

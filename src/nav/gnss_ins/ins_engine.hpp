@@ -38,6 +38,12 @@ struct EventLog {
          p.height_m > -1e5 && p.height_m < 1e7;
 }
 
+[[nodiscard]] inline ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
+  const double k = to_seconds(at - a.time) / to_seconds(b.time - a.time);
+  return {at, (1.0 - k) * a.angular_rate_radps + k * b.angular_rate_radps,
+          (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
+}
+
 class InsEngine {
  public:
   using Filter = InsRangeFilter;

@@ -87,14 +87,18 @@ class InsHistory {
   std::deque<MarkPlace> places_;
 };
 
+}  // namespace wayfare::nav
+
+namespace wayfare::detail {
+
 /// The history of a GnssIns, for smoothing over a whole recording.
 struct InsHistoryAccess {
   /// Keeps all that the filter does from now on.
   static void keep(GnssIns& filter);
   /// Calls `sink` with each smoothed estimate since, the newest first. `adjoint` is that of the end
   /// and becomes that of the beginning.
-  static void smooth(const GnssIns& filter, InsAdjoint& adjoint,
-                     const std::function<void(const InsView&)>& sink);
+  static void smooth(const GnssIns& filter, nav::InsAdjoint& adjoint,
+                     const std::function<void(const nav::InsView&)>& sink);
 };
 
-}  // namespace wayfare::nav
+}  // namespace wayfare::detail

@@ -55,9 +55,9 @@ class Smoothing {
     nav::Replay replay{recording_, std::move(from.filter), offset()};
     checkpoints_.pop_back();
     replay.ranges = from.ranges, replay.fixes = from.fixes;
-    nav::InsHistoryAccess::keep(replay.filter);
+    detail::InsHistoryAccess::keep(replay.filter);
     run(replay, b);
-    nav::InsHistoryAccess::smooth(replay.filter, adjoint_, sink);
+    detail::InsHistoryAccess::smooth(replay.filter, adjoint_, sink);
   }
   /// Innovations and notices of the filter.
   [[nodiscard]] GnssInsResult finish() { return replay_.finish(); }
