@@ -16,4 +16,5 @@
 #include <wayfare/filter/process.hpp>
 #include <wayfare/filter/rbpf.hpp>
 #include <wayfare/filter/sequential_update.hpp>
+#include <wayfare/filter/smoother.hpp>
 #include <wayfare/filter/state.hpp>

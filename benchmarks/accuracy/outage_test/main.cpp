@@ -30,7 +30,7 @@ struct Options : OutputArguments {
   std::size_t places = 10;
   double first_s = 0.0;
   int threads = 1;
-  bool simulated = false;
+  bool simulated = false, smooth = false;
 };
 
 NavTrajectory antenna_track(const std::vector<GnssInsPoint>& points,
@@ -81,7 +81,7 @@ std::vector<std::pair<double, double>> outside_of(const OutageWindow& window,
 
 Result<OutageVariant> run_variant(const std::string& name, const KnownDrive& drive,
                                   const GnssInsOptions& options, const OutagePlan& plan,
-                                  const std::map<LogTime, double>& plain, bool quiet) {
+                                  const std::map<LogTime, double>& plain, const Options& o) {
   OutageVariant variant{name, {}, {}};
   std::map<std::pair<std::size_t, LogTime>, std::vector<std::pair<double, double>>> outside;
   std::mutex mutex;
@@ -89,7 +89,8 @@ Result<OutageVariant> run_variant(const std::string& name, const KnownDrive& dri
     GnssInsRecording recording = drive.recording;
     recording.ranges =
         mask_satellites(recording.ranges, window, drive.antenna_truth(window.begin).position);
-    const auto result = run_gnss_ins(recording, options);
+    const auto result =
+        o.smooth ? smooth_gnss_ins(recording, options) : run_gnss_ins(recording, options);
     if (!result) return result.error();
     NavTrajectory track = antenna_track(result->points, options);
     auto pairs = outside_of(window, track, plain, drive);
@@ -97,7 +98,7 @@ Result<OutageVariant> run_variant(const std::string& name, const KnownDrive& dri
     outside[{window.satellites_left, window.begin}] = std::move(pairs);
     return track;
   };
-  ProgressLine progress(name, quiet);
+  ProgressLine progress(name, o.quiet);
   auto report = run_outages(plan, run, drive.antenna_truth, std::ref(progress));
   if (!report) return report.error();
   progress.finish();
@@ -141,6 +142,8 @@ Result<KnownDrive> drive_of(const Options& o) {
 Result<OutagePlan> plan_of(const Options& o, const KnownDrive& drive) {
   OutagePlan plan;
   plan.threads = o.threads;
+  // What is smoothed depends on the end of the outage.
+  if (o.smooth) plan.durations = {plan.durations.back()};
   const LogTime begin = drive.recording.imu.front().time;
   const LogTime end = std::min(drive.recording.imu.back().time, drive.recording.ranges.back().time);
   const LogTime first = begin + from_seconds(o.first_s);
@@ -167,7 +170,7 @@ Result<void> run(const Options& o) {
     GnssInsOptions options = drive->options;
     options.non_holonomic_in_outage = constraints;
     auto variant = run_variant(constraints ? "with constraints" : "without constraints", *drive,
-                               options, *plan, plain, o.quiet);
+                               options, *plan, plain, o);
     if (!variant) return variant.error();
     variants.push_back(*std::move(variant));
   }
@@ -228,6 +231,8 @@ int main(int argc, char** argv) {
   app.add_option("--first", o.first_s, "the first start time, s after the first sample")
       .range(0.0, 1e6)
       .show_default();
+  app.add_flag("--smooth", o.smooth,
+               "smoothed by the measurements of the whole drive; outages of 30 s only");
   app.add_option("--threads", o.threads, kThreadsHelp).range(1, 256).show_default();
   add_force_and_quiet(app, o);
   add_json(app, o);

@@ -20,7 +20,7 @@ struct Options : OutputArguments {
   NavFiles files;
   std::string config, outages;
   double rate_hz = 0.0;
-  bool no_constraints = false;
+  bool no_constraints = false, smooth = false;
 };
 
 Result<void> run(const Options& o) {
@@ -43,7 +43,9 @@ Result<void> run(const Options& o) {
   }
 
   ProgressLine progress("navigating", o.quiet);
-  const auto result = run_gnss_ins(recording->recording, config->filter, std::ref(progress));
+  const auto result =
+      o.smooth ? smooth_gnss_ins(recording->recording, config->filter, std::ref(progress))
+               : run_gnss_ins(recording->recording, config->filter, std::ref(progress));
   if (!result) return result.error();
   const double took_s = progress.finish();
 
@@ -103,6 +105,8 @@ int main(int argc, char** argv) {
                  "lines per second of trajectory.txt; 0: rate of the unit");
   app.add_flag("--no-constraints", o.no_constraints,
                "allow sideways and vertical motion in outages; standstill is still detected");
+  app.add_flag("--smooth", o.smooth,
+               "estimate each instant by all measurements, also those after it");
   add_force_and_quiet(app, o);
   add_json(app, o);
   app.add_print(

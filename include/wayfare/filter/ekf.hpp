@@ -20,26 +20,6 @@
 
 namespace wayfare {
 
-/// The result of an update, lane by lane for packs.
-template <class T>
-struct ScalarUpdate {
-  T innovation;        ///< before the update
-  T variance;          ///< of the innovation: h P hᵀ + R
-  MaskOf<T> accepted;  ///< false: rejected by the gate or not finite, state unchanged
-
-  /// Normalised innovation squared; χ² with one degree of freedom for a consistent filter.
-  [[nodiscard]] T nis() const { return innovation * innovation / variance; }
-};
-
-/// The same of a vector measurement.
-template <class T, int Rows>
-struct VectorUpdate {
-  Eigen::Matrix<T, Rows, 1> innovation;     ///< before the update
-  Eigen::Matrix<T, Rows, Rows> covariance;  ///< of the innovation: H P Hᵀ + R
-  T nis;          ///< normalised innovation squared; χ² with `Rows` degrees of freedom
-  bool accepted;  ///< false: rejected by the limit, or not finite, state unchanged
-};
-
 /// x ← f(x, u), P ← Φ P Φᵀ + Q. A process returns its step: `state`, and either `phi` and `q`
 /// (square matrices of the tangent's size) or, to avoid the dense product, a member `propagate(P)`
 /// that propagates the covariance (symmetric, both triangles) itself.
@@ -59,9 +39,18 @@ concept ProcessModel = requires(const F& f, const M& x, const Input&... u) {
   requires DenseProcessStep<decltype(f(x, u...)), M> || SparseProcessStep<decltype(f(x, u...)), M>;
 };
 
+/// Records nothing; costs nothing.
+struct NoRecorder {};
+
 /// State and covariance of an extended Kalman filter, moved by `predict` and corrected by `update`.
-template <Manifold M>
+/// A Recorder other than NoRecorder is told of each linear step, for example a TapeRecorder, from
+/// whose tape the estimates are smoothed. It has `predicted(step)`, with the step of the process;
+/// `updated(rows, gain, inverse, innovation)`, with the rows of H as the measurement gives them, K,
+/// S⁻¹ and ν; and `reset(i)`, of error i.
+template <Manifold M, class Recorder = NoRecorder>
 class Ekf {
+  static constexpr bool kRecords = !std::same_as<Recorder, NoRecorder>;
+
  public:
   using State = M;                                      ///< a manifold
   using Scalar = typename ManifoldTraits<M>::Scalar;    ///< floating point, or a SIMD pack
@@ -79,14 +68,15 @@ class Ekf {
   [[nodiscard]] const Square& covariance() const { return covariance_; }
   /// Replaces the estimate; the covariance stays.
   void set_state(const M& state) { state_ = state; }
-  /// Replaces the covariance; the estimate stays.
-  void set_covariance(const Square& covariance) { covariance_ = covariance; }
+  /// Told of each step.
+  [[nodiscard]] Recorder& recorder() { return recorder_; }
 
   /// x ← f(x, u), P ← Φ P Φᵀ + Q by a ProcessModel, which is called with the state and `input`.
   template <class Process, class... Input>
   requires ProcessModel<Process, M, Input...>
   void predict(const Process& process, const Input&... input) {
     const auto step = process(state_, input...);
+    if constexpr (kRecords) recorder_.predicted(step);
     state_ = step.state;
     if constexpr (SparseProcessStep<decltype(step), M>) {
       step.propagate(covariance_);
@@ -165,6 +155,12 @@ class Ekf {
       u.accepted = detail::solve_gain(weighted, u.innovation, k).has_value();
       if (!u.accepted) return u;
     }
+    if constexpr (kRecords) {
+      using Inverse = Eigen::Matrix<Scalar, kRows, kRows>;
+      auto s = m.covariance;
+      add_rows_times(m.rows, g, s);
+      recorder_.updated(m.rows, k, Inverse(s.llt().solve(Inverse::Identity())), u.innovation);
+    }
     // Joseph's form, (I − K H) P (I − K H)ᵀ + K R Kᵀ, one factor after the other.
     detail::subtract_product(covariance_, k, g);
     auto left = covariance_times(m.rows);
@@ -209,6 +205,10 @@ class Ekf {
     if (llt.info() != Eigen::Success || !innovation.allFinite() || !s.allFinite()) return false;
     if (!(innovation.dot(llt.solve(innovation)) <= nis_limit)) return false;
     const Eigen::Matrix<Scalar, kDof, Rows> k = llt.solve(g.transpose()).transpose();
+    if constexpr (kRecords) {
+      using Inverse = Eigen::Matrix<Scalar, Rows, Rows>;
+      recorder_.updated(h, k, Inverse(llt.solve(Inverse::Identity())), innovation);
+    }
     const Square keep = Square::Identity() - k * h;
     const Square next = keep * covariance_ * keep.transpose() + k * r * k.transpose();
     covariance_ = Scalar(0.5) * (next + next.transpose());
@@ -221,6 +221,7 @@ class Ekf {
 
   /// Resets error i to this variance, uncorrelated with all others.
   void reset_variance(int i, const Scalar& variance, const MaskOf<Scalar>& where = true) {
+    if constexpr (kRecords) recorder_.reset(i);
     for (int j = 0; j < kDof; ++j) {
       const Scalar kept = select(where, j == i ? variance : Scalar(0), covariance_(i, j));
       covariance_(i, j) = kept;
@@ -305,6 +306,10 @@ class Ekf {
       u[i] = gi * root;
       k[i] = gi / safe;
     }
+    if constexpr (kRecords) {
+      using One = Eigen::Matrix<Scalar, 1, 1>;
+      recorder_.updated(row, k, One(Scalar(1) / safe), One(nu));
+    }
     Scalar* p = covariance_.data();
     for (int j = 0; j < kDof; ++j) {
       const Scalar uj = u[j];
@@ -335,6 +340,7 @@ class Ekf {
 
   M state_;
   Square covariance_;
+  [[no_unique_address]] Recorder recorder_;
 };
 
 }  // namespace wayfare

@@ -25,6 +25,7 @@
 
 #include <wayfare/core/jacobian.hpp>
 #include <wayfare/core/manifold.hpp>
+#include <wayfare/core/pack.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/filter/state.hpp>
 
@@ -203,6 +204,26 @@ concept ScalarMeasurementModel = MeasurementModel<H, M> && requires(const H& h, 
 template <class H, class M>
 concept VectorMeasurementModel = MeasurementModel<H, M> && requires(const H& h, const M& x) {
   measure(h, x).rows;
+};
+
+/// The result of an update, lane by lane for packs.
+template <class T>
+struct ScalarUpdate {
+  T innovation;        ///< before the update
+  T variance;          ///< of the innovation: h P hᵀ + R
+  MaskOf<T> accepted;  ///< false: rejected by the gate or not finite, state unchanged
+
+  /// Normalised innovation squared; χ² with one degree of freedom for a consistent filter.
+  [[nodiscard]] T nis() const { return innovation * innovation / variance; }
+};
+
+/// The same of a vector measurement.
+template <class T, int Rows>
+struct VectorUpdate {
+  Eigen::Matrix<T, Rows, 1> innovation;     ///< before the update
+  Eigen::Matrix<T, Rows, Rows> covariance;  ///< of the innovation: H P Hᵀ + R
+  T nis;          ///< normalised innovation squared; χ² with `Rows` degrees of freedom
+  bool accepted;  ///< false: rejected by the limit, or not finite, state unchanged
 };
 
 }  // namespace wayfare

@@ -23,6 +23,10 @@
 
 namespace wayfare {
 
+namespace detail {
+struct InsHistoryAccess;
+}
+
 /// Sensors, mounting, measurements and gaps of a GnssIns.
 struct GnssInsOptions {
   ImuNoise imu;              ///< of the inertial unit
@@ -62,6 +66,8 @@ struct GnssInsOptions {
   /// m/s, with this standard deviation, rad.
   double start_speed_mps = 3.0;
   double start_heading_sigma_rad = 0.1;  ///< of a heading from the course
+  /// Above 0: keeps what GnssIns::lagged() needs of the last seconds, about 8 kB for each reading.
+  double smoothing_lag_s = 0.0;
 };
 
 /// The filter's estimate at one instant.
@@ -163,6 +169,12 @@ class GnssIns {
  public:
   /// Not started.
   explicit GnssIns(const GnssInsOptions& options);
+  /// A copy continues by itself from the same state.
+  GnssIns(const GnssIns& other);
+  GnssIns(GnssIns&&) = default;                   ///< leaves nothing usable behind
+  GnssIns& operator=(const GnssIns& other);       ///< as the copy
+  GnssIns& operator=(GnssIns&& other) = default;  ///< leaves nothing usable behind
+  ~GnssIns() = default;
 
   /// Starts at the first inertial reading at or after the given time, at most
   /// GnssInsOptions::max_imu_gap_s later. A start that is not finite or not on the Earth is not
@@ -182,6 +194,9 @@ class GnssIns {
   [[nodiscard]] GnssInsEstimate estimate() const;
   /// The same without correlations, cheap enough for every reading. Needs started().
   [[nodiscard]] GnssInsPoint point() const;
+  /// The estimate GnssInsOptions::smoothing_lag_s before the newest reading, by all measurements
+  /// since (fixed-lag smoothing; Bierman 1973). Nothing before it has run for that long.
+  [[nodiscard]] std::optional<GnssInsEstimate> lagged() const;
   /// Innovations and notices since the last call.
   [[nodiscard]] std::vector<InnovationRecord> take_innovations();
   /// Notices since the last call, in order of time.
@@ -189,6 +204,7 @@ class GnssIns {
 
  private:
   class Filter;
+  friend struct detail::InsHistoryAccess;
   detail::Owned<Filter> filter_;
 };
 
@@ -200,5 +216,15 @@ using GnssInsProgress = std::function<void(double)>;
                                                  const GnssInsOptions& options,
                                                  const GnssInsProgress& progress = {},
                                                  std::stop_token stop = {});
+
+/// The same, smoothed: each point by all measurements of the recording, those after it included
+/// (fixed-interval smoothing; Bierman 1973). Innovations and notices are the filter's. Takes about
+/// three times as long; memory for the filter's state every few seconds, and for its steps between
+/// two of those, grows with the square root of the length. Measurements are taken in order of time.
+/// `each`, if any, gets every estimate with its whole covariance, the newest first.
+[[nodiscard]] Result<GnssInsResult> smooth_gnss_ins(
+    const GnssInsRecording& recording, const GnssInsOptions& options,
+    const GnssInsProgress& progress = {}, std::stop_token stop = {},
+    const std::function<void(const GnssInsEstimate&)>& each = {});
 
 }  // namespace wayfare

@@ -19,15 +19,14 @@
 namespace wayfare {
 
 /// An Ekf of InsState on a tangent plane, with its process and measurements. `T`: a scalar or a
-/// pack
-/// of lanes; `Offsets`: number of inter-system clock offsets.
-template <class T, int Offsets = 0>
+/// pack of lanes; `Offsets`: number of inter-system clock offsets; `Recorder`: of the Ekf.
+template <class T, int Offsets = 0, class Recorder = NoRecorder>
 class InsFilter {
  public:
   /// Position on the plane, velocity, attitude, sensors, clock.
   using State = InsState<T, Offsets>;
   using Vector3 = Eigen::Matrix<T, 3, 1>;   ///< of three components
-  using Filter = Ekf<State>;                ///< the filter inside
+  using Filter = Ekf<State, Recorder>;      ///< the filter inside
   using Square = typename Filter::Square;   ///< covariances
   using Update = ScalarUpdate<T>;           ///< result of an update, lane by lane
   static constexpr int kDof = State::kDof;  ///< number of errors

@@ -47,6 +47,8 @@ struct InsMonteCarloOptions {
   GnssInsOptions filter;
   /// Standard deviations of the initial state, which is drawn around the truth.
   GnssInsStart start;
+  /// Errors of smooth_gnss_ins instead of the filter; without innovations.
+  bool smooth = false;
   int threads = 1;  ///< any number gives the same result
 };
 

@@ -9,18 +9,22 @@
 #include <variant>
 #include <vector>
 
-#include <wayfare/core/gaussian.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
 
 #include "nav/gnss_ins/ins_engine.hpp"
+#include "nav/gnss_ins/ins_history.hpp"
 #include "nav/gnss_ins/ins_start.hpp"
+#include "nav/gnss_ins/plausible.hpp"
 
 namespace wayfare {
 
 namespace {
 
 using nav::EventLog;
+using nav::InsAdjoint;
 using nav::InsEngine;
+using nav::InsHistory;
+using nav::plausible;
 using nav::Starter;
 
 using Measurement = std::variant<ImuSample, RangeEpoch, GnssFix>;
@@ -30,45 +34,10 @@ LogTime time_of(const Measurement& m) {
 }
 bool is_imu(const Measurement& m) { return std::holds_alternative<ImuSample>(m); }
 
-/// Whether a measurement is finite and within the range of any sensor of its kind.
-bool plausible(const ImuSample& s) {
-  return s.angular_rate_radps.allFinite() && s.specific_force_mps2.allFinite() &&
-         s.angular_rate_radps.cwiseAbs().maxCoeff() < 200.0 &&
-         s.specific_force_mps2.cwiseAbs().maxCoeff() < 5000.0;
-}
-
-/// Slower than 100 km/s.
-bool plausible_velocity(const Eigen::Vector3d& mps) { return mps.squaredNorm() < 1e10; }
-
-bool plausible(const RangeEpoch& e) {
-  return std::any_of(e.satellites.begin(), e.satellites.end(),
-                     [](const CorrectedRange& s) { return nav::has_range(s) || nav::has_rate(s); });
-}
-
-bool plausible(const GnssFix& f) {
-  return nav::is_on_earth(f.position) && is_positive_definite(f.position_covariance_ned_m2) &&
-         (!f.velocity_ned_mps || (plausible_velocity(*f.velocity_ned_mps) &&
-                                  is_positive_definite(f.velocity_covariance_ned)));
-}
-
-bool plausible(const GnssInsStart& s) {
-  const auto sigma = [](double value) { return value >= 0.0 && std::isfinite(value * value); };
-  return nav::is_on_earth(s.nav.position) && plausible_velocity(s.nav.velocity_ned_mps) &&
-         s.nav.q_nb.quaternion().coeffs().allFinite() && s.gyro_bias_radps.allFinite() &&
-         sigma(s.position_sigma_m) && sigma(s.velocity_sigma_mps) && sigma(s.level_sigma_rad) &&
-         sigma(s.heading_sigma_rad) && sigma(s.gyro_bias_sigma_radps);
-}
-
 Error refused(ErrorCode code, LogTime time, const std::string& why) {
   char text[48];
   std::snprintf(text, sizeof text, "%.3f s: ", time.seconds());
   return {code, text + why};
-}
-
-ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
-  const double k = to_seconds(at - a.time) / to_seconds(b.time - a.time);
-  return {at, (1.0 - k) * a.angular_rate_radps + k * b.angular_rate_radps,
-          (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
 }
 
 }  // namespace
@@ -76,7 +45,11 @@ ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
 /// Recent measurements in order of time, and snapshots of the engine for replay.
 class GnssIns::Filter {
  public:
-  explicit Filter(const GnssInsOptions& options) : options_(options), starter_(options) {}
+  explicit Filter(const GnssInsOptions& options) : options_(options), starter_(options) {
+    // Late measurements are replayed: what they change is kept as well.
+    if (options.smoothing_lag_s > 0.0)
+      history_.open(from_seconds(std::max(options.smoothing_lag_s, options.max_lateness_s + 1.0)));
+  }
 
   void start(const GnssInsStart& start) {
     if (!plausible(start))
@@ -158,7 +131,22 @@ class GnssIns::Filter {
     WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
     return *engine_;
   }
+  [[nodiscard]] const SO3d& q_body_imu() const { return options_.q_body_imu; }
   EventLog& events() { return events_; }
+  InsHistory& history() { return history_; }
+
+  [[nodiscard]] std::optional<GnssInsEstimate> lagged() const {
+    if (!engine_) return std::nullopt;
+    const LogTime wanted = engine_->time() - from_seconds(options_.smoothing_lag_s);
+    std::optional<GnssInsEstimate> found;
+    InsAdjoint adjoint;
+    history_.back(adjoint, [&](LogTime time, const auto& smoothed) {
+      if (time > wanted) return true;
+      found = smoothed().view().estimate(options_.q_body_imu);
+      return false;
+    });
+    return found;
+  }
 
  private:
   struct Entry {
@@ -168,9 +156,12 @@ class GnssIns::Filter {
   struct Snapshot {
     std::size_t done;
     InsEngine engine;
+    InsHistory::Place recorded;
   };
 
   void clear() {
+    history_.restart();
+    unmarked_ = false;
     engine_.reset();
     log_.clear();
     snapshots_.clear();
@@ -185,7 +176,7 @@ class GnssIns::Filter {
   void begin(const GnssInsStart& start, const ImuSample& first) {
     clear();
     engine_.emplace(options_, start, first);
-    snapshots_.push_back({0, *engine_});
+    snapshots_.push_back({0, *engine_, history_.end()});
     events_.note(start.nav.time, "inertial navigation started");
     given_start_.reset();
   }
@@ -221,18 +212,29 @@ class GnssIns::Filter {
     while (snapshots_.size() > 1 && snapshots_.back().done > index) snapshots_.pop_back();
     engine_ = snapshots_.back().engine;
     done_ = snapshots_.back().done;
+    history_.truncate(snapshots_.back().recorded);
+    unmarked_ = false;
   }
 
   void run() {
     while (done_ < log_.size() && step()) {
     }
+    mark();
     prune();
+  }
+
+  /// Marks the estimate by all measurements up to the newest reading, once.
+  void mark() {
+    if (unmarked_) history_.mark(engine_->view());
+    unmarked_ = false;
   }
 
   /// False if the next measurement must wait for an inertial reading after it.
   bool step() {
+    engine_->record_to(history_.tape());
     Entry& entry = log_[done_];
     const LogTime t = time_of(entry.measurement);
+    if (t > engine_->time()) mark();
     if (!is_imu(entry.measurement) && t > engine_->time() && !advance_to(t)) return false;
     events_.open = !entry.processed;
     std::visit([this](const auto& m) { process(m); }, entry.measurement);
@@ -240,6 +242,7 @@ class GnssIns::Filter {
     entry.processed = true;
     ++done_;
     if (is_imu(entry.measurement)) {
+      unmarked_ = true;
       if (snapshots_.empty() ||
           engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
         if (!engine_->on_earth()) {
@@ -247,7 +250,7 @@ class GnssIns::Filter {
           forget();
           return true;
         }
-        snapshots_.push_back({done_, *engine_});
+        snapshots_.push_back({done_, *engine_, history_.end()});
       }
     } else if (engine_->lost()) {
       events_.note(t, "the solution has diverged from the measurements: reinitialising");
@@ -263,7 +266,7 @@ class GnssIns::Filter {
     if (next == log_.end()) return false;
     const auto& s = std::get<ImuSample>(next->measurement);
     const ImuSample last = engine_->last_sample();
-    engine_->advance(interpolate(last, s, t), is_gap(last, s), events_);
+    engine_->advance(nav::interpolate(last, s, t), is_gap(last, s), events_);
     return true;
   }
 
@@ -285,7 +288,8 @@ class GnssIns::Filter {
     while (snapshots_.size() > 1 && snapshots_[1].engine.time() <= limit) snapshots_.pop_front();
     const std::size_t drop = snapshots_.front().done;
     log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(drop));
-    for (Snapshot& k : snapshots_) k.done -= drop;
+    const InsHistory::Place removed = history_.drop_old();
+    for (Snapshot& k : snapshots_) k.done -= drop, k.recorded -= removed;
     done_ -= drop;
   }
 
@@ -301,23 +305,43 @@ class GnssIns::Filter {
   std::deque<Entry> log_;
   std::size_t done_ = 0;
   std::deque<Snapshot> snapshots_;
+  InsHistory history_;
+  bool unmarked_ = false;
   EventLog events_;
 };
 
 GnssIns::GnssIns(const GnssInsOptions& options) : filter_(detail::make_owned<Filter>(options)) {}
+GnssIns::GnssIns(const GnssIns& other) : filter_(detail::make_owned<Filter>(*other.filter_)) {}
+GnssIns& GnssIns::operator=(const GnssIns& other) { return *this = GnssIns(other); }
 
 void GnssIns::start(const GnssInsStart& start) { filter_->start(start); }
 bool GnssIns::started() const { return filter_->started(); }
 Result<void> GnssIns::add(const ImuSample& sample) { return filter_->add(sample); }
 Result<void> GnssIns::add(const RangeEpoch& epoch) { return filter_->add(epoch); }
 Result<void> GnssIns::add(const GnssFix& fix) { return filter_->add(fix); }
-GnssInsEstimate GnssIns::estimate() const { return filter_->engine().estimate(); }
-GnssInsPoint GnssIns::point() const { return filter_->engine().point(); }
+GnssInsEstimate GnssIns::estimate() const {
+  return filter_->engine().view().estimate(filter_->q_body_imu());
+}
+GnssInsPoint GnssIns::point() const {
+  return filter_->engine().view().point(filter_->q_body_imu());
+}
+std::optional<GnssInsEstimate> GnssIns::lagged() const { return filter_->lagged(); }
 std::vector<InnovationRecord> GnssIns::take_innovations() {
   return std::exchange(filter_->events().innovations, {});
 }
 std::vector<GnssInsNotice> GnssIns::take_notices() {
   return std::exchange(filter_->events().notices, {});
+}
+
+void detail::InsHistoryAccess::keep(GnssIns& filter) {
+  filter.filter_->history().open(Duration::max() / 2);
+}
+void detail::InsHistoryAccess::smooth(const GnssIns& filter, InsAdjoint& adjoint,
+                                      const std::function<void(const nav::InsView&)>& sink) {
+  filter.filter_->history().back(adjoint, [&](LogTime, const auto& smoothed) {
+    sink(smoothed().view());
+    return true;
+  });
 }
 
 }  // namespace wayfare

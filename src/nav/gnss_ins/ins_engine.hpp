@@ -15,6 +15,7 @@
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 
+#include "nav/gnss_ins/ins_view.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
 
@@ -35,6 +36,12 @@ struct EventLog {
 [[nodiscard]] inline bool is_on_earth(const Geodetic& p) {
   return std::abs(p.latitude.degrees()) < 89.99 && std::abs(p.longitude.degrees()) <= 360.0 &&
          p.height_m > -1e5 && p.height_m < 1e7;
+}
+
+[[nodiscard]] inline ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
+  const double k = to_seconds(at - a.time) / to_seconds(b.time - a.time);
+  return {at, (1.0 - k) * a.angular_rate_radps + k * b.angular_rate_radps,
+          (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
 }
 
 class InsEngine {
@@ -140,41 +147,12 @@ class InsEngine {
     if (velocity_in) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
   }
 
-  [[nodiscard]] GnssInsEstimate estimate() const {
-    using namespace ins_state;
-    const State& x = filter_.state();
-    GnssInsEstimate e;
-    e.nav = nav();
-    e.gyro_bias_radps = x.gyro_bias_radps;
-    e.accel_bias_mps2 = x.accel_bias_mps2;
-    e.gyro_scale = x.gyro_scale;
-    e.accel_scale = x.accel_scale;
-    e.clock_bias_m = filter_.clock_bias_m();
-    e.clock_drift_mps = x.clock[1];
-    // The attitude error in body axes: R_body_unit · unit error.
-    Eigen::Matrix<double, kSize, kSize> rotation = Eigen::Matrix<double, kSize, kSize>::Identity();
-    rotation.block<3, 3>(kAttitude, kAttitude) = options_.q_body_imu.matrix();
-    e.covariance =
-        rotation * filter_.covariance().topLeftCorner<kSize, kSize>() * rotation.transpose();
-    return e;
-  }
-
-  [[nodiscard]] GnssInsPoint point() const {
-    using namespace ins_state;
-    const State& x = filter_.state();
-    const auto& p = filter_.covariance();
-    GnssInsPoint point;
-    point.nav = nav();
-    Eigen::Matrix<double, kSize, 1> variance = p.diagonal().head<kSize>();
-    const Eigen::Matrix3d r = options_.q_body_imu.matrix();
-    variance.segment<3>(kAttitude) =
-        (r * p.block<3, 3>(kAttitude, kAttitude) * r.transpose()).diagonal();
-    point.sigma = variance.cwiseMax(0.0).cwiseSqrt().cast<float>();
-    point.imu_errors << x.gyro_bias_radps.cast<float>(), x.accel_bias_mps2.cast<float>(),
-        x.gyro_scale.cast<float>(), x.accel_scale.cast<float>();
-    point.clock_bias_m = filter_.clock_bias_m();
-    point.clock_drift_mps = x.clock[1];
-    return point;
+  /// Its steps are written to `tape` from now on; null: to none.
+  void record_to(SmootherTape<State>* tape) { filter_.ekf().recorder().tape = tape; }
+  /// The estimate.
+  [[nodiscard]] InsView view() const {
+    return {last_.time, filter_.plane(), filter_.clock_anchor_m(), filter_.state(),
+            filter_.covariance()};
   }
 
   /// Measurements have been rejected for so long that the filter should be reinitialised.
@@ -318,11 +296,6 @@ class InsEngine {
     filter_.ekf().scale_sigma(kClock, 2, 1.5);
     events.note(last_.time, "most ranges or rates rejected for long: the covariance is inflated");
     if (rejected_s > 10.0 * options_.gate_reopen_s) lost_ = true;
-  }
-
-  [[nodiscard]] NavState nav() const {
-    const State& x = filter_.state();
-    return {last_.time, filter_.position(), x.velocity_mps, x.q_nu * options_.q_body_imu.inverse()};
   }
 
   GnssInsOptions options_;

@@ -1,5 +1,6 @@
 #include <wayfare/sim/ins_monte_carlo.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <utility>
@@ -39,39 +40,80 @@ InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, const ImuEr
   return at;
 }
 
+/// The sensors of one run, and the filter's view of them.
+struct Run {
+  Run(const VehicleTrajectory& path, const Constellation& constellation,
+      const InsMonteCarloOptions& options, const Rng& rng)
+      : trajectory(path),
+        unit(path, options.imu, rng.stream(0)),
+        ranges(simulate_ranges(path, constellation, options.ranges, rng.stream(1))),
+        filter(options.filter) {
+    Rng start_noise = rng.stream(2);
+    filter.imu = options.imu.noise;
+    filter.clock = options.ranges.clock;
+    filter.q_body_imu = options.imu.q_body_imu;
+    filter.antenna_lever_arm_m = options.ranges.antenna_lever_arm_m;
+    start = drawn_start(path.state(path.begin()), options.start, start_noise);
+  }
+
+  const VehicleTrajectory& trajectory;
+  SimulatedUnit unit;
+  SimulatedRanges ranges;
+  GnssInsOptions filter;
+  GnssInsStart start;
+};
+
+InsErrorSeries filtered(Run& run) {
+  GnssIns filter(run.filter);
+  filter.start(run.start);
+  InsErrorSeries series;
+  std::size_t k = 0;
+  for (ImuSample sample; run.unit.read(sample);) {
+    const LogTime now = sample.time;
+    (void)filter.add(sample);
+    for (; k < run.ranges.epochs.size() && run.ranges.epochs[k].time <= now; ++k) {
+      (void)filter.add(run.ranges.epochs[k]);
+      if (run.ranges.epochs[k].time != now || !filter.started()) continue;
+      const NisByKind nis = nis_by_kind(filter.take_innovations());
+      if (k == 0) continue;  // these ranges initialise the clock
+      series.push_back(error_at(filter.estimate(), run.trajectory.state(now), run.unit.errors(),
+                                run.ranges.clocks[k]));
+      series.back().nis = nis;
+    }
+  }
+  return series;
+}
+
+InsErrorSeries smoothed(Run& run) {
+  GnssInsRecording recording;
+  recording.start = run.start;
+  std::vector<std::pair<std::size_t, ImuErrors>> epochs;  // that coincide with a sample
+  std::size_t k = 0;
+  for (ImuSample sample; run.unit.read(sample);) {
+    recording.imu.push_back(sample);
+    while (k < run.ranges.epochs.size() && run.ranges.epochs[k].time < sample.time) ++k;
+    if (k > 0 && k < run.ranges.epochs.size() && run.ranges.epochs[k].time == sample.time)
+      epochs.emplace_back(k, run.unit.errors());
+  }
+  recording.ranges = run.ranges.epochs;
+  InsErrorSeries series;
+  static_cast<void>(smooth_gnss_ins(recording, run.filter, {}, {}, [&](const GnssInsEstimate& e) {
+    if (epochs.empty() || e.nav.time != run.ranges.epochs[epochs.back().first].time) return;
+    series.push_back(error_at(e, run.trajectory.state(e.nav.time), epochs.back().second,
+                              run.ranges.clocks[epochs.back().first]));
+    epochs.pop_back();
+  }));
+  std::reverse(series.begin(), series.end());
+  return series;
+}
+
 }  // namespace
 
 InsErrorSeries ins_error_series(const VehicleTrajectory& trajectory,
                                 const Constellation& constellation,
                                 const InsMonteCarloOptions& options, const Rng& rng) {
-  Rng start_noise = rng.stream(2);
-  SimulatedUnit unit(trajectory, options.imu, rng.stream(0));
-  const SimulatedRanges ranges =
-      simulate_ranges(trajectory, constellation, options.ranges, rng.stream(1));
-  GnssInsOptions filter_options = options.filter;
-  filter_options.imu = options.imu.noise;
-  filter_options.clock = options.ranges.clock;
-  filter_options.q_body_imu = options.imu.q_body_imu;
-  filter_options.antenna_lever_arm_m = options.ranges.antenna_lever_arm_m;
-  GnssIns filter(filter_options);
-  filter.start(drawn_start(trajectory.state(trajectory.begin()), options.start, start_noise));
-
-  InsErrorSeries series;
-  std::size_t k = 0;
-  for (ImuSample sample; unit.read(sample);) {
-    const LogTime now = sample.time;
-    (void)filter.add(sample);
-    for (; k < ranges.epochs.size() && ranges.epochs[k].time <= now; ++k) {
-      (void)filter.add(ranges.epochs[k]);
-      if (ranges.epochs[k].time != now || !filter.started()) continue;
-      const NisByKind nis = nis_by_kind(filter.take_innovations());
-      if (k == 0) continue;  // these ranges initialise the clock
-      series.push_back(
-          error_at(filter.estimate(), trajectory.state(now), unit.errors(), ranges.clocks[k]));
-      series.back().nis = nis;
-    }
-  }
-  return series;
+  Run run(trajectory, constellation, options, rng);
+  return options.smooth ? smoothed(run) : filtered(run);
 }
 
 std::vector<InsErrorSeries> ins_monte_carlo(const VehicleTrajectory& trajectory,

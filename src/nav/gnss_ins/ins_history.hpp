@@ -1,0 +1,104 @@
+#pragma once
+
+// What smoothing needs of the past: the filter's tape, and what its marks were relative to.
+
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include <wayfare/core/geodesy.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/filter/smoother.hpp>
+
+#include "nav/gnss_ins/ins_view.hpp"
+
+namespace wayfare::nav {
+
+using InsAdjoint = SmootherAdjoint<InsRangeFilter::State>;
+
+class InsHistory {
+ public:
+  using Tape = SmootherTape<InsRangeFilter::State>;
+  using Place = Tape::Place;
+
+  /// What a mark's state is relative to.
+  struct MarkPlace {
+    LogTime time;
+    LocalTangentPlane plane;
+    double clock_anchor_m;
+  };
+
+  /// Records from now on; `kept`: marks older than that before the newest are removed.
+  void open(Duration kept) { kept_ = kept; }
+  /// Nothing while it is not open.
+  [[nodiscard]] Tape* tape() { return kept_ ? &tape_ : nullptr; }
+  [[nodiscard]] Place end() const { return tape_.end(); }
+
+  void restart() {
+    if (kept_) tape_.restart();
+  }
+  void mark(const InsView& now) {
+    if (!kept_) return;
+    tape_.mark(now.x, now.p);
+    places_.push_back({now.time, now.plane, now.clock_anchor_m});
+  }
+  void truncate(const Place& place) {
+    tape_.truncate(place);
+    places_.resize(place.marks);
+  }
+  /// Removes marks that are too old, a second of them at a time; returns what was removed.
+  Place drop_old() {
+    if (!kept_ || places_.empty() ||
+        places_.back().time - places_.front().time < *kept_ + std::chrono::seconds(1))
+      return {};
+    std::size_t old = 0;
+    while (old + 1 < places_.size() && places_.back().time - places_[old + 1].time >= *kept_) ++old;
+    places_.erase(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(old));
+    return tape_.drop_marks(old);
+  }
+
+  /// A smoothed estimate.
+  struct Smoothed {
+    const MarkPlace& place;
+    Tape::Mark mark;
+    [[nodiscard]] InsView view() const {
+      return {place.time, place.plane, place.clock_anchor_m, mark.state, mark.covariance};
+    }
+  };
+  /// Calls at_mark(time, smoothed) at each mark, the newest first, where smoothed() is a Smoothed,
+  /// until it returns false.
+  template <class AtMark>
+  void back(InsAdjoint& adjoint, const AtMark& at_mark) const {
+    bool more = true;
+    tape_.back(adjoint, [&](std::size_t i, const Tape::Mark& filtered, const InsAdjoint& a) {
+      const auto smoothed_here = [&] {
+        return Smoothed{places_[i], smoothed<InsRangeFilter::State>(filtered, a)};
+      };
+      more = more && at_mark(places_[i].time, smoothed_here);
+    });
+  }
+
+ private:
+  std::optional<Duration> kept_;
+  Tape tape_;
+  std::deque<MarkPlace> places_;
+};
+
+}  // namespace wayfare::nav
+
+namespace wayfare::detail {
+
+/// The history of a GnssIns, for smoothing over a whole recording.
+struct InsHistoryAccess {
+  /// Keeps all that the filter does from now on.
+  static void keep(GnssIns& filter);
+  /// Calls `sink` with each smoothed estimate since, the newest first. `adjoint` is that of the end
+  /// and becomes that of the beginning.
+  static void smooth(const GnssIns& filter, nav::InsAdjoint& adjoint,
+                     const std::function<void(const nav::InsView&)>& sink);
+};
+
+}  // namespace wayfare::detail

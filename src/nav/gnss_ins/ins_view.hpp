@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <wayfare/core/geodesy.hpp>
+#include <wayfare/nav/gnss_ins.hpp>
+
+#include "nav/gnss_ins/receiver_clocks.hpp"
+
+namespace wayfare::nav {
+
+/// State and covariance of the filter at one instant, and what they are relative to.
+struct InsView {
+  LogTime time;
+  const LocalTangentPlane& plane;
+  double clock_anchor_m;
+  const InsRangeFilter::State& x;
+  const InsRangeFilter::Square& p;
+
+  [[nodiscard]] NavState nav(const SO3d& q_body_imu) const {
+    return {time, plane.geodetic(x.position_m), x.velocity_mps, x.q_nu * q_body_imu.inverse()};
+  }
+
+  [[nodiscard]] GnssInsEstimate estimate(const SO3d& q_body_imu) const {
+    using namespace ins_state;
+    GnssInsEstimate e;
+    e.nav = nav(q_body_imu);
+    e.gyro_bias_radps = x.gyro_bias_radps;
+    e.accel_bias_mps2 = x.accel_bias_mps2;
+    e.gyro_scale = x.gyro_scale;
+    e.accel_scale = x.accel_scale;
+    e.clock_bias_m = clock_anchor_m + x.clock[0];
+    e.clock_drift_mps = x.clock[1];
+    // The attitude error in body axes: R_body_unit · unit error.
+    Eigen::Matrix<double, kSize, kSize> rotation = Eigen::Matrix<double, kSize, kSize>::Identity();
+    rotation.block<3, 3>(kAttitude, kAttitude) = q_body_imu.matrix();
+    e.covariance = rotation * p.topLeftCorner<kSize, kSize>() * rotation.transpose();
+    return e;
+  }
+
+  [[nodiscard]] GnssInsPoint point(const SO3d& q_body_imu) const {
+    using namespace ins_state;
+    GnssInsPoint point;
+    point.nav = nav(q_body_imu);
+    Eigen::Matrix<double, kSize, 1> variance = p.diagonal().head<kSize>();
+    const Eigen::Matrix3d r = q_body_imu.matrix();
+    variance.segment<3>(kAttitude) =
+        (r * p.block<3, 3>(kAttitude, kAttitude) * r.transpose()).diagonal();
+    point.sigma = variance.cwiseMax(0.0).cwiseSqrt().cast<float>();
+    point.imu_errors << x.gyro_bias_radps.cast<float>(), x.accel_bias_mps2.cast<float>(),
+        x.gyro_scale.cast<float>(), x.accel_scale.cast<float>();
+    point.clock_bias_m = clock_anchor_m + x.clock[0];
+    point.clock_drift_mps = x.clock[1];
+    return point;
+  }
+};
+
+}  // namespace wayfare::nav

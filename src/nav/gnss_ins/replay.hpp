@@ -1,0 +1,65 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <wayfare/nav/gnss_ins.hpp>
+
+namespace wayfare::nav {
+
+/// Feeds a recording to a filter in order of arrival.
+struct Replay {
+  const GnssInsRecording& recording;
+  GnssIns filter;
+  Duration imu_offset;
+  GnssInsResult result = {};
+  std::size_t ranges = 0, fixes = 0;
+
+  void step(const ImuSample& s) {
+    feed(recording.ranges, ranges, s.time + imu_offset);
+    feed(recording.fixes, fixes, s.time + imu_offset);
+    const bool used = report(s.time + imu_offset, filter.add(s));
+    if (used && filter.started()) result.points.push_back(filter.point());
+  }
+
+  /// Takes what happened from the filter.
+  void collect() {
+    for (const InnovationRecord& i : filter.take_innovations()) result.innovations.push_back(i);
+    for (GnssInsNotice& n : filter.take_notices()) result.notices.push_back(std::move(n));
+  }
+
+  GnssInsResult finish() {
+    collect();
+    std::stable_sort(result.notices.begin(), result.notices.end(),
+                     [](const auto& a, const auto& b) { return a.time < b.time; });
+    return std::move(result);
+  }
+
+ private:
+  template <class Gnss>
+  void feed(const std::vector<Gnss>& all, std::size_t& next, LogTime until) {
+    for (; next < all.size() && all[next].time <= until; ++next)
+      report(all[next].time, filter.add(all[next]));
+  }
+  bool report(LogTime time, const Result<void>& r) {
+    if (!r) result.notices.push_back({time, r.error().message});
+    return r.has_value();
+  }
+};
+
+/// What a run needs of its recording.
+inline Result<void> check(const GnssInsRecording& recording) {
+  if (recording.imu.empty()) return Error{ErrorCode::invalid, "there are no inertial readings"};
+  if (recording.ranges.empty() && recording.fixes.empty() && !recording.start)
+    return Error{ErrorCode::invalid, "there are neither ranges nor fixes nor a start"};
+  return {};
+}
+inline Error never_started() {
+  return {ErrorCode::degenerate,
+          "inertial navigation never started: it needs a position, and a velocity for the heading"};
+}
+inline Error stopped() { return {ErrorCode::cancelled, "stopped on request"}; }
+
+}  // namespace wayfare::nav
