@@ -8,4 +8,5 @@
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/eval/track_comparison.hpp>
+#include <wayfare/eval/track_curve.hpp>
 #include <wayfare/eval/trajectory_error.hpp>

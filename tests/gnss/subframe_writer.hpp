@@ -45,7 +45,8 @@ inline std::array<GpsSubframe, 3> subframes_of(const KeplerianEphemeris& e) {
   const auto issue = static_cast<std::uint32_t>(e.issue);
   const WeekTime toe = week_time(e.toe), toc = week_time(e.toc);
   const auto units = [](Duration t) { return static_cast<std::uint32_t>(to_seconds(t) / 16.0); };
-  SubframeWriter one(1, 100), two(2, 101), three(3, 102);
+  const auto count = static_cast<std::uint32_t>(to_seconds(toe.of_week) / 6.0);
+  SubframeWriter one(1, count), two(2, count + 1), three(3, count + 2);
   one.put(static_cast<std::uint32_t>(toc.week % 1024), 10).put(1, 2).put(0, 4);
   one.put(static_cast<std::uint32_t>(e.health), 6).put(0, 2).put(0, 24 * 3 + 16);
   one.scaled(e.group_delay_s[0], 8, -31).put(issue, 8).put(units(toc.of_week), 16);

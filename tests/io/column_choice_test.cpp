@@ -62,7 +62,7 @@ TEST(ColumnChoice, NamesInTheOrderOfTheFileAreHeadings) {
 TEST(ColumnChoice, WhatIsMissingIsNamed) {
   ColumnFormat format = imu_choices("Time");
   EXPECT_THAT(parse_imu(kFile, "x.csv", format).error().to_string(),
-              HasSubstr("has no column 'Time' for t_ms; it has 1 columns"));
+              HasSubstr("has no column 'Time' for t_ms; it has 5 columns, the first is 'a'"));
   format.skip_lines = 1;
   format.choices[1].column = "Gyro";
   EXPECT_THAT(

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -160,7 +161,8 @@ TEST(ReceiverTracks, XmlOfOtherPrograms) {
   EXPECT_FALSE(parse_nav("<gpx><trkpt lat='1' lon='2'>", "x"));
 }
 
-/// The receiver's own fixes, and what another program made of them: positions in 1e-7 degrees.
+/// The receiver's own fixes, and what another program made of them: positions in 1e-7 degrees, and
+/// heights above the sea.
 TEST(ReceiverTracks, RecordedNavPvt) {
   WAYFARE_NEEDS_RECORDING(ubx_path, "gnss/walk_0827/gnss_1730.ubx.gz");
   WAYFARE_NEEDS_RECORDING(pos_path, "gnss/walk_0827/gnss_1730_sf.pos");
@@ -168,9 +170,19 @@ TEST(ReceiverTracks, RecordedNavPvt) {
   ASSERT_TRUE(ours && theirs);
   ASSERT_EQ(ours->fixes.size(), 536U);
   ASSERT_EQ(theirs->fixes.size(), 536U);
+  std::vector<double> geoids_m;
+  const auto bytes = testing::file_bytes(ubx_path);
+  const auto decoder = std::make_unique<decode::UbxDecoder>();
+  decoder->feed(bytes, [&](const decode::UbxMessage& m) {
+    if (const auto pvt = decode::nav_pvt(m))
+      geoids_m.push_back(pvt->height_m - pvt->height_above_sea_m);
+  });
+  ASSERT_EQ(geoids_m.size(), 536U);
   for (std::size_t i = 0; i < ours->fixes.size(); ++i) {
     EXPECT_LE(std::abs(to_seconds(ours->fixes[i].time - theirs->fixes[i].time)), 1.1e-3);
-    const auto apart = ned_from_geodetic(ours->fixes[i].position, theirs->fixes[i].position);
+    Geodetic other = theirs->fixes[i].position;
+    other.height_m += geoids_m[i];
+    const auto apart = ned_from_geodetic(ours->fixes[i].position, other);
     EXPECT_LT(apart.norm(), 0.02) << i;
     EXPECT_EQ(ours->qualities[i], theirs->qualities[i]);
   }
