@@ -129,6 +129,8 @@ class NmeaEpochs {
     fix.time = *time;
     fix.position = {Angle::degrees(fix_->latitude_deg), Angle::degrees(fix_->longitude_deg),
                     *fix_->height_above_sea_m + fix_->geoid_m.value_or(0.0)};
+    constexpr double kHighest_m = 1e7;
+    if (!(std::abs(fix.position.height_m) < kHighest_m)) return;
     const double sigma_m = kSigma_m.at(q) * std::clamp(fix_->hdop.value_or(1.0), 0.5, 50.0);
     fix.position_covariance_ned_m2 = diagonal(sigma_m, 1.5 * sigma_m);
     add_velocity(fix);
@@ -149,7 +151,8 @@ class NmeaEpochs {
     if (!motion_ || !motion_->valid || !motion_->speed_mps) return;
     const double speed = *motion_->speed_mps;
     const bool moves = motion_->course_deg.has_value();
-    if (speed < 0.0 || (!moves && speed > 0.5)) return;
+    constexpr double kFastest_mps = 1e4;
+    if (speed < 0.0 || speed > kFastest_mps || (!moves && speed > 0.5)) return;
     const double course = Angle::degrees(motion_->course_deg.value_or(0.0)).radians();
     fix.velocity_ned_mps = {speed * std::cos(course), speed * std::sin(course), 0.0};
     const double vertical = std::hypot(0.3, 0.05 * speed);  // a slope of three degrees
