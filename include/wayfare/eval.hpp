@@ -7,4 +7,6 @@
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
+#include <wayfare/eval/track_comparison.hpp>
+#include <wayfare/eval/track_curve.hpp>
 #include <wayfare/eval/trajectory_error.hpp>

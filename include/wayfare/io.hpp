@@ -11,6 +11,7 @@
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/nav_recording.hpp>
 #include <wayfare/io/nav_text.hpp>
+#include <wayfare/io/observations.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/rinex.hpp>
 #include <wayfare/io/text_file.hpp>

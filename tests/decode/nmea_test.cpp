@@ -123,7 +123,7 @@ TEST(Nmea, OnlyWholeSentencesWithTheRightChecksumAreDelivered) {
   std::string flipped = good;
   flipped[8] = '3';
   const std::string text = flipped + "$GNGLL,1" + good + std::string(400, 'x') + "$" +
-                           std::string(400, 'y') + good + "$GNGLL,1,2*7";
+                           std::string(1100, 'y') + good + "$GNGLL,1,2*7";
   int sentences = 0;
   const DecoderStatistics s = each_sentence(text, [&](const NmeaSentence& m) {
     ++sentences;

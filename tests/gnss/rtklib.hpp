@@ -4,6 +4,7 @@
 // so they are declared here as of version 2.4.3 b34; the test `Rtklib.MatchesTheDeclarations`
 // guards the declarations.
 
+#include <cstdint>
 #include <ctime>
 
 extern "C" {
@@ -29,6 +30,30 @@ struct geph_t {
   double reserve[16];
 };
 
+// Of the Debian package, which is built for eight signals and 221 satellites.
+struct obsd_t {
+  gtime_t time;
+  std::uint8_t sat, rcv;
+  std::uint16_t SNR[8];  // 0.001 dB-Hz
+  std::uint8_t LLI[8], code[8];
+  double L[8], P[8];
+  float D[8];
+};
+
+/// The beginning of raw_t, of about 1 MB.
+struct raw_t {
+  gtime_t time;
+  gtime_t tobs[221][8];
+  int n, nmax;
+  obsd_t* data;
+  std::uint8_t before_nav[0x6ee8 - 0x6ea0];
+  std::uint8_t* eph;  ///< an eph_t every 304 bytes, for twice the satellites
+  std::uint8_t rest[1 << 21];
+};
+
+int init_raw(raw_t* raw, int format);
+void free_raw(raw_t* raw);
+int input_ubx(raw_t* raw, std::uint8_t data);
 int satno(int sys, int prn);
 gtime_t gpst2time(int week, double sec);
 void eph2pos(gtime_t time, const eph_t* eph, double* rs, double* dts, double* var);

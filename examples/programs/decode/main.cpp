@@ -30,9 +30,10 @@ const std::map<std::string, decode::RplidarResponse> kAnswers = {
     {"dense", decode::RplidarResponse::dense}};
 
 void describe(CommandLine& app, Arguments& a) {
-  app.add_option("device", a.device, "ti (AWR1843 and its family), rplidar or xsens")
+  app.add_option("device", a.device,
+                 "ti (AWR1843 and its family), rplidar, xsens, ubx (u-blox) or nmea")
       .required()
-      .one_of({"ti", "awr1843", "rplidar", "xsens"});
+      .one_of({"ti", "awr1843", "rplidar", "xsens", "ubx", "nmea"});
   app.add_option("file", a.capture, "the capture, plain or gzip").shown_as("FILE").required();
   app.add_flag("--csv", a.csv, "comma-separated values, the only format so far");
   app.add_option("--out", a.out, "file to write; by default standard output").shown_as("FILE");
@@ -62,6 +63,8 @@ Result<std::optional<double>> doppler_step(const Arguments& a) {
 Result<Table> table_of(const Arguments& a, decode::Bytes capture) {
   if (a.device == "rplidar") return rplidar_table(capture, a.rplidar);
   if (a.device == "xsens") return xsens_table(capture, a.layout);
+  if (a.device == "ubx") return ubx_table(capture);
+  if (a.device == "nmea") return nmea_table(capture);
   const auto step = doppler_step(a);
   if (!step) return step.error();
   return ti_table(capture, *step);
@@ -104,6 +107,8 @@ int main(int argc, char** argv) {
   Arguments arguments;
   describe(app, arguments);
   app.example("xsens unit.bin --csv", "the readings of an Xsens unit on standard output");
+  app.example("ubx rover.ubx --csv --out rover.csv",
+              "positions, ranges and subframes of a u-blox receiver");
   app.example("ti radar.bin --config radar.cfg --csv --out points.csv",
               "the points of a TI mmWave radar");
   if (const auto code = app.parse(argc, argv)) return *code;

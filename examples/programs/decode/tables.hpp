@@ -87,6 +87,10 @@ struct RplidarTableOptions {
 [[nodiscard]] Table ti_table(decode::Bytes capture, std::optional<double> doppler_step_mps);
 /// One line per point. Times are computed from the position in the capture and the line's rate.
 [[nodiscard]] Table rplidar_table(decode::Bytes capture, const RplidarTableOptions& options);
+/// One line per NAV-PVT, RXM-SFRBX, and measurement of RXM-RAWX; other messages are counted.
+[[nodiscard]] Table ubx_table(decode::Bytes capture);
+/// One line per GGA and RMC sentence; other sentences are counted.
+[[nodiscard]] Table nmea_table(decode::Bytes capture);
 /// One line per message; of an Awinda station, one line per tracker and frame.
 [[nodiscard]] Table xsens_table(decode::Bytes capture, const decode::MtLegacyLayout& layout);
 

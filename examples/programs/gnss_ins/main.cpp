@@ -3,13 +3,16 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <wayfare/nav/outage.hpp>
 
 #include "support/command_line.hpp"
+#include "support/dry_run.hpp"
 #include "support/nav_outputs.hpp"
 #include "support/progress_line.hpp"
 #include "support/ros_topics.hpp"
+#include "support/track_files.hpp"
 
 namespace {
 
@@ -18,18 +21,28 @@ using namespace wayfare::examples;
 
 struct Options : OutputArguments {
   NavFiles files;
+  TrackFormats formats;
   std::string config, outages;
   double rate_hz = 0.0;
-  bool no_constraints = false, smooth = false;
+  bool no_constraints = false, smooth = false, dry_run = false;
+  std::vector<std::string> columns;
 };
 
 Result<void> run(const Options& o) {
   auto config = read_nav_config(o.config);
   if (!config) return config.error();
+  if (auto chosen = choose_columns(o.columns, *config); !chosen) return chosen;
+  if (o.dry_run) {
+    const auto text = dry_run(o.files, *config);
+    if (text) std::fputs(text->c_str(), stdout);
+    return text ? Result<void>{} : text.error();
+  }
+  if (o.out.empty()) return bad_use("--out is required");
   if (o.no_constraints) config->filter.non_holonomic_in_outage = false;
   auto outages = parse_outages(o.outages);
   if (!outages) return outages.error();
-  if (auto ready = o.prepare({"trajectory.txt", "trajectory.tum", "states.txt", "report.html"});
+  if (auto ready = o.prepare(
+          o.formats.with_files({"trajectory.txt", "trajectory.tum", "states.txt", "report.html"}));
       !ready)
     return ready;
   ProgressLine reading("reading", o.quiet);
@@ -61,7 +74,10 @@ Result<void> run(const Options& o) {
       took_s,
       o.rate_hz};
   const NavFindings findings = evaluate(outputs);
-  if (auto done = write_nav_outputs(o, outputs, findings); !done) return done;
+  if (auto done = first_error({write_nav_outputs(o, outputs, findings),
+                               write_track_files(o, o.formats, track_of(outputs))});
+      !done)
+    return done;
   if (!o.quiet)
     std::printf("%s\nreport: %s\n", summary(outputs, findings).c_str(),
                 o.path("report.html").c_str());
@@ -76,12 +92,17 @@ void add_files(CommandLine& app, NavFiles& files) {
   app.add_file("--imu-tags", files.imu_tags, "RTKLIB's time tags of the inertial file");
   app.add_file("--imu-clock", files.imu_clock, "pairs of the unit's times and GPS times")
       .excludes("--imu-tags");
-  app.add_file("--obs", files.observations, "raw observations, RINEX 2.1 or 3");
-  app.add_file("--nav", files.navigation, "broadcast messages, RINEX; several files allowed")
+  app.add_file("--obs", files.observations, "raw observations, RINEX 2.1 or 3, or UBX (RXM-RAWX)");
+  app.add_file(
+         "--nav", files.navigation,
+         "broadcast messages, RINEX; several files allowed; not needed where UBX has those of GPS")
       .expected(1, 64);
   app.add_file("--ranges", files.ranges, "corrected ranges instead of --obs and --nav")
       .excludes("--obs");
-  app.add_file("--fixes", files.fixes, "positions and velocities, for loose coupling");
+  app.add_file(
+      "--fixes", files.fixes,
+      "positions and velocities, for loose coupling: columns, RTKLIB's .pos, UBX (NAV-PVT), "
+      "NMEA, GPX");
   app.add_file("--truth", files.truth, "reference to compare with");
   add_vehicle_topics(app, files.topics);
 }
@@ -97,16 +118,23 @@ int main(int argc, char** argv) {
   Options o;
   add_files(app, o.files);
   app.add_file("--config", o.config, "JSON description of the recording; see --print-config");
+  app.add_option("--column", o.columns,
+                 "FILE:NAME=COLUMN, a column of a foreign file by heading or number: "
+                 "imu:gx_degps=\"Gyro X\"; FILE is imu, imu2, imu_clock, ranges, fixes or truth")
+      .take_all();
+  app.add_flag("--dry-run", o.dry_run,
+               "only print the columns and first rows of the files as they are understood");
   app.add_option("--outage", o.outages,
                  "remove satellites: START:LENGTH[:SATELLITES LEFT],... in seconds since the first "
                  "inertial sample");
-  add_out(app, o);
+  app.add_option("--out", o.out, kResultsFolder).shown_as("DIR");
   app.add_number("--rate", o.rate_hz, 0.0, 1e4,
                  "lines per second of trajectory.txt; 0: rate of the unit");
   app.add_flag("--no-constraints", o.no_constraints,
                "allow sideways and vertical motion in outages; standstill is still detected");
   app.add_flag("--smooth", o.smooth,
                "estimate each instant by all measurements, also those after it");
+  o.formats.add_option(app);
   add_force_and_quiet(app, o);
   add_json(app, o);
   app.add_print(
@@ -114,6 +142,8 @@ int main(int argc, char** argv) {
       "print all options of --config with their defaults, and exit");
   app.example("--imu imu.txt --ranges ranges.txt --truth truth.txt --out run",
               "the files of simulate_drive");
+  app.example("--imu car.csv --column imu:t_ms=Time --column imu:ax_g=5 --dry-run",
+              "how the columns of a foreign file are understood");
   app.example("--imu imu.txt --obs rover.obs --nav brdc.nav --config drive.json --out run",
               "a recorded drive");
   if (const auto code = app.parse(argc, argv)) return *code;

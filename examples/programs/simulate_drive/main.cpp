@@ -11,6 +11,7 @@
 
 #include "support/nav_config.hpp"
 #include "support/program_files.hpp"
+#include "support/track_files.hpp"
 
 namespace {
 
@@ -27,6 +28,7 @@ struct Options : OutputArguments {
   std::size_t satellites = 64;
   std::vector<double> lever_arm_m = {0.0, 0.0, 0.0};
   std::vector<std::string> outages;
+  TrackFormats formats;
   double start_s = 0.0;
   bool perfect_unit = false;
   sim::ImuParams imu;
@@ -36,7 +38,8 @@ struct Options : OutputArguments {
 void add_options(CommandLine& app, Options& o) {
   add_out(app, o, "folder for imu.txt, ranges.txt and truth.txt");
   app.add_option("--track", o.track,
-                 "follow this recorded solution (navigation text or RTKLIB's .pos) instead of the "
+                 "follow this recorded solution (navigation text, RTKLIB's .pos, GPX, NMEA or UBX) "
+                 "instead of the "
                  "built-in drive of 310 s and 4.5 km");
   app.add_option("--route", o.route,
                  "which built-in drive: demo (310 s, 4.5 km), town (many turns), ring (fast)")
@@ -51,6 +54,7 @@ void add_options(CommandLine& app, Options& o) {
   app.add_option("--seed", o.seed, kSeedHelp).show_default();
   app.add_number("--start", o.start_s, 0.0, 4e9,
                  "of the built-in drive: seconds of GPS time since 1980-01-06");
+  o.formats.add_option(app);
   add_force_and_quiet(app, o);
 }
 
@@ -138,7 +142,8 @@ Result<void> complete(Options& o, LogTime start) {
 }
 
 Result<void> run(Options& o) {
-  if (auto ready = o.prepare({"imu.txt", "ranges.txt", "truth.txt"}); !ready) return ready;
+  if (auto ready = o.prepare(o.formats.with_files({"imu.txt", "ranges.txt", "truth.txt"})); !ready)
+    return ready;
   const auto trajectory = load_trajectory(o);
   if (!trajectory) return trajectory.error();
   if (auto ok = complete(o, trajectory->begin()); !ok) return ok;
@@ -150,7 +155,8 @@ Result<void> run(Options& o) {
   for (const ImuSample& s : imu.samples) truth.push_back(trajectory->state(s.time));
   const auto done = first_error({io::write_imu(o.path("imu.txt"), imu.samples, o.write()),
                                  io::write_ranges(o.path("ranges.txt"), ranges.epochs, o.write()),
-                                 io::write_nav(o.path("truth.txt"), truth, o.write())});
+                                 io::write_nav(o.path("truth.txt"), truth, o.write()),
+                                 write_track_files(o, o.formats, truth)});
   if (done && !o.quiet)
     std::printf("%s: %zu inertial readings, %zu range epochs, %.1f s\n", o.out.c_str(),
                 imu.samples.size(), ranges.epochs.size(),

@@ -14,6 +14,7 @@
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/nav_text.hpp>
+#include <wayfare/io/observations.hpp>
 #include <wayfare/io/rinex.hpp>
 
 #include "outputs.hpp"
@@ -27,6 +28,7 @@ using namespace wayfare::examples;
 struct Arguments : OutputArguments {
   std::string obs, truth, truth_columns, peer, systems = "GREC";
   std::vector<std::string> nav;
+  TrackFormats formats;
   std::size_t truth_skip = 0;
   double truth_shift_s = 0.0, elevation_mask_deg = 10.0, min_cn0 = 0.0;
   bool no_ionosphere = false, no_troposphere = false, no_exclusion = false, no_offsets = false;
@@ -46,7 +48,9 @@ Result<std::array<bool, kGnssSystems>> systems_of(const std::string& letters) {
   return wanted;
 }
 
-Result<Ephemerides> read_messages(const std::vector<std::string>& paths) {
+/// Of the files, and those received with the observations.
+Result<Ephemerides> read_messages(const std::vector<std::string>& paths,
+                                  const Ephemerides& received) {
   Ephemerides all;
   for (const std::string& path : paths) {
     const auto nav = io::read_rinex_navigation(path);
@@ -54,6 +58,9 @@ Result<Ephemerides> read_messages(const std::vector<std::string>& paths) {
     print_problems(nav->problems);
     all.add(nav->ephemerides);
   }
+  all.add(received);
+  if (all.empty() && paths.empty())
+    return bad_use("--nav is needed: --obs contains no navigation message that can be used");
   if (all.empty())
     return Error{ErrorCode::not_found, "no navigation message could be used", "--nav"};
   return all;
@@ -111,7 +118,7 @@ void note(const std::vector<RefusedRange>& refused, Refusals& refusals) {
 }
 
 /// Epoch by epoch; the systems' clock offsets are estimated over epochs. Returns the time taken, s.
-double solve(const io::RinexObservations& obs, const Ephemerides& messages,
+double solve(const io::RawObservations& obs, const Ephemerides& messages,
              SinglePointOptions options, const Arguments& a, SppRun& run, Refusals& refusals) {
   ProgressLine progress("single points", a.quiet);
   SystemOffsets offsets;
@@ -165,15 +172,17 @@ Facts facts_of(const SppRun& run, const Ephemerides& messages, const Arguments& 
 }
 
 Result<Doubt> run_spp(const Arguments& a) {
-  if (auto ready = a.prepare({"positions.txt", "ranges.txt", "track.tum", "report.html"}); !ready)
+  if (auto ready = a.prepare(
+          a.formats.with_files({"positions.txt", "ranges.txt", "track.tum", "report.html"}));
+      !ready)
     return ready.error();
   const auto systems = systems_of(a.systems);
   if (!systems) return systems.error();
-  const Result<Ephemerides> messages = read_messages(a.nav);
-  if (!messages) return messages.error();
-  const auto obs = io::read_rinex_observations(a.obs);
+  const auto obs = io::read_observations(a.obs);
   if (!obs) return obs.error();
   print_problems(obs->problems);
+  const Result<Ephemerides> messages = read_messages(a.nav, obs->ephemerides);
+  if (!messages) return messages.error();
   SppRun run;
   run.title = "Single points of " + std::filesystem::path(a.obs).filename().string();
   if (const auto read = read_reference(a, run); !read) return read.error();
@@ -188,7 +197,7 @@ Result<Doubt> run_spp(const Arguments& a) {
   }
   run.facts = facts_of(run, *messages, a, took_s);
   if (a.wants_report())
-    if (auto done = write_spp_outputs(a, run); !done) return done.error();
+    if (auto done = write_spp_outputs(a, a.formats, run); !done) return done.error();
   if (!a.out.empty()) run.facts.emplace_back("report", a.path("report.html"));
   if (!a.quiet) std::fputs(to_text(run.facts).c_str(), stdout);
   if (!a.quiet && !run.truth.empty()) std::printf("\n%s", error_table(run).to_text().c_str());
@@ -197,22 +206,26 @@ Result<Doubt> run_spp(const Arguments& a) {
 }
 
 void add_options(CommandLine& app, Arguments& a) {
-  app.add_file("--obs", a.obs, "RINEX 2 or 3 observations, plain or gzip").required();
-  app.add_file("--nav", a.nav, "RINEX navigation files").required();
+  app.add_file("--obs", a.obs,
+               "observations: RINEX 2 or 3, or UBX (RXM-RAWX, RXM-SFRBX), plain or gzip")
+      .required();
+  app.add_file("--nav", a.nav, "RINEX navigation files; not needed where UBX has those of GPS");
   app.add_option("--system", a.systems, "systems to use: G GPS, R GLONASS, E Galileo, C BeiDou")
       .show_default();
   app.add_option(
          "--out", a.out,
          "folder for positions.txt, ranges.txt, track.tum and report.html, created if needed")
       .shown_as("DIR");
-  app.add_file("--truth", a.truth,
-               "reference positions of the antenna: named columns or RTKLIB's .pos");
+  app.add_file(
+      "--truth", a.truth,
+      "reference positions of the antenna: named columns, RTKLIB's .pos, GPX, NMEA or UBX");
   app.add_option("--truth-columns", a.truth_columns,
                  "comma-separated names of its columns, if it has none: "
                  "week,tow_s,lat_deg,lon_deg,h_m");
   app.add_option("--truth-skip", a.truth_skip, "lines before its data").show_default();
   app.add_option("--truth-shift", a.truth_shift_s, "seconds added to its times").show_default();
-  app.add_file("--peer", a.peer, "another program's solution (RTKLIB's .pos), to compare with")
+  app.add_file("--peer", a.peer,
+               "another program's solution (RTKLIB's .pos, GPX, NMEA or UBX), to compare with")
       .needs("--truth");
   app.add_number("--elevation-mask", a.elevation_mask_deg, 0.0, 90.0,
                  "smallest elevation of the satellites used, deg");
@@ -223,6 +236,7 @@ void add_options(CommandLine& app, Arguments& a) {
   app.add_flag("--no-offsets", a.no_offsets,
                "estimate the clock of every system in every epoch, independent of earlier ones");
   app.add_flag("--only-consistent", a.only_consistent, "no position from inconsistent ranges");
+  a.formats.add_option(app);
   add_force_and_quiet(app, a);
   add_json(app, a);
 }
@@ -237,6 +251,8 @@ int main(int argc, char** argv) {
   Arguments arguments;
   add_options(app, arguments);
   app.example("--obs rover.obs --nav brdc.nav", "positions of a receiver, counts only");
+  app.example("--obs rover.ubx --track-formats kml,gpx --out points",
+              "of a u-blox stream, with the track for other programs");
   app.example("--obs rover.obs --nav brdc.nav --truth reference.pos --out points",
               "with errors, positions and a report");
   if (const auto code = app.parse(argc, argv)) return *code;

@@ -273,14 +273,15 @@ eval::Table error_table(const SppRun& run) {
   return table;
 }
 
-Result<void> write_spp_outputs(const OutputArguments& to, const SppRun& run) {
+Result<void> write_spp_outputs(const OutputArguments& to, const TrackFormats& formats,
+                               const SppRun& run) {
   if (to.out.empty()) return to.write_report(report_of(run));
   std::vector<GnssFix> fixes;
   for (const SinglePoint& p : run.points) fixes.push_back(to_fix(p));
   return first_error({io::write_fixes(to.path("positions.txt"), fixes, to.write()),
                       io::write_ranges(to.path("ranges.txt"), run.ranges, to.write()),
                       io::write_tum(to.path("track.tum"), track_of(run), to.write()),
-                      to.write_report(report_of(run))});
+                      write_track_files(to, formats, fixes), to.write_report(report_of(run))});
 }
 
 }  // namespace wayfare::examples

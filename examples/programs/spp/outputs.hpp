@@ -9,6 +9,7 @@
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "support/program_files.hpp"
+#include "support/track_files.hpp"
 
 namespace wayfare::examples {
 
@@ -28,8 +29,9 @@ struct SppRun {
 [[nodiscard]] eval::Table error_table(const SppRun& run);
 
 /// Writes positions.txt (fixes), ranges.txt (corrected ranges), track.tum (east, north, up from the
-/// first position, m) and report.html;
-/// without a folder only what --json asks for.
-[[nodiscard]] Result<void> write_spp_outputs(const OutputArguments& to, const SppRun& run);
+/// first position, m), report.html and the track in other formats; without a folder only what
+/// --json asks for.
+[[nodiscard]] Result<void> write_spp_outputs(const OutputArguments& to, const TrackFormats& formats,
+                                             const SppRun& run);
 
 }  // namespace wayfare::examples

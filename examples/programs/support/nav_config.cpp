@@ -1,7 +1,6 @@
 #include "nav_config.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -181,6 +180,8 @@ struct Reader {
           if (!column.is_string()) return error("'" + where + "' must be names of columns");
           description.format.columns.push_back(column.get<std::string>());
         }
+      } else if (key == "columns" && v.is_object()) {
+        if (auto done = choices(where, v, description.format); !done) return done;
       } else if (key == "skip_lines" && v.is_number_unsigned()) {
         description.format.skip_lines = v.get<std::size_t>();
       } else if (key == "leap_seconds" && v.is_number_integer() &&
@@ -190,8 +191,24 @@ struct Reader {
         description.velocity_late_s = v.get<double>();
       } else {
         return error("'" + where +
-                     "' is not allowed; a file has columns (names), skip_lines, leap_seconds "
+                     "' is not allowed; a file has columns (names in order, or an object of name "
+                     "and heading or number), skip_lines, leap_seconds "
                      "(integers) and velocity_late_s (seconds)");
+      }
+    }
+    return {};
+  }
+
+  /// {"gx_degps": "Gyro X", "gy_degps": 3}
+  [[nodiscard]] Result<void> choices(const std::string& where, const Json& value,
+                                     io::ColumnFormat& format) const {
+    for (const auto& [name, column] : value.items()) {
+      if (column.is_string()) {
+        format.choices.push_back({name, column.get<std::string>()});
+      } else if (column.is_number_unsigned()) {
+        format.choices.push_back({name, std::to_string(column.get<unsigned>())});
+      } else {
+        return error("'" + where + "." + name + "' must be a heading, or a number from 1");
       }
     }
     return {};
@@ -219,37 +236,22 @@ void fill_filter(Json& json, NavConfig& c) {
 
 }  // namespace
 
-Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
-  std::vector<NavOutage> outages;
-  std::string_view rest = text;
-  while (!rest.empty()) {
-    const std::string_view one = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
-    NavOutage outage;
-    const char *at = one.data(), *const end = one.data() + one.size();
-    const auto number = [&](auto& value) {
-      const auto [stop, error] = std::from_chars(at, end, value);
-      const bool good = error == std::errc() && stop != at;
-      at = stop;
-      return good;
-    };
-    const auto colon = [&] { return at != end && *at++ == ':'; };
-    const bool good = number(outage.start_s) && colon() && number(outage.length_s) &&
-                      (at == end || (colon() && number(outage.satellites_left))) && at == end &&
-                      outage.start_s >= 0.0 && outage.start_s < 1e9 && outage.length_s > 0.0 &&
-                      outage.length_s < 1e9;
-    if (!good)
-      return bad_use("not an outage START:LENGTH[:SATELLITES]: '" + std::string(one) + "'");
-    outages.push_back(outage);
-  }
-  return outages;
+namespace {
+
+/// Other observations may bring their navigation messages.
+bool is_rinex(const std::string& path) {
+  if (path.empty()) return false;
+  const auto file = io::read_file(path);
+  return file && file->bytes.substr(0, 81).find("RINEX") != std::string::npos;
 }
+
+}  // namespace
 
 Result<io::NavRecording> load_nav_recording(const NavFiles& files, const NavConfig& config,
                                             const std::function<void(double)>& progress) {
   if (files.observations.empty() && files.ranges.empty() && files.fixes.empty())
     return bad_use("satellite measurements are needed: --obs and --nav, --ranges, or --fixes");
-  if (files.ranges.empty() && !files.observations.empty() && files.navigation.empty())
+  if (files.ranges.empty() && files.navigation.empty() && is_rinex(files.observations))
     return bad_use("raw observations need a navigation file (--nav)");
   const auto imu = [&](const std::string& path, const io::ColumnFormat& format) {
     return ros::read_imu(path, format, files.topics);

@@ -51,6 +51,9 @@ struct NavOutage {
 [[nodiscard]] Result<NavConfig> parse_nav_config(const std::string& text,
                                                  const std::string& source);
 
+/// Adds columns "FILE:NAME=COLUMN" of the command line, such as "imu:gx_degps=Gyro X".
+[[nodiscard]] Result<void> choose_columns(const std::vector<std::string>& texts, NavConfig& config);
+
 /// Mounting, noise and filter of `config` in the same format, without the columns.
 [[nodiscard]] std::string format_nav_config(const NavConfig& config);
 

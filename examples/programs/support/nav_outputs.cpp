@@ -172,16 +172,24 @@ void append_fixed(std::string& out, double value, int decimals) {
   out += eval::fixed(value, decimals);
 }
 
-std::string trajectory_text(const NavOutputs& run) {
-  std::string out =
-      "t_s lat_deg lon_deg h_m vn_mps ve_mps vd_mps roll_deg pitch_deg yaw_deg "
-      "sn_m se_m sd_m svn_mps sve_mps svd_mps sx_deg sy_deg sz_deg\n";
+/// The points at the rate of trajectory.txt.
+template <class Take>
+void for_each_shown(const NavOutputs& run, const Take& take) {
   const double period_s = run.output_rate_hz > 0.0 ? 1.0 / run.output_rate_hz : 0.0;
   double next_s = -1e300;
   for (const GnssInsPoint& p : run.run.points) {
     const double t = run.seconds(p.nav.time);
     if (t < next_s) continue;
     if (period_s > 0.0) next_s = (std::floor(t / period_s + 1e-6) + 1.0) * period_s - 1e-6;
+    take(p);
+  }
+}
+
+std::string trajectory_text(const NavOutputs& run) {
+  std::string out =
+      "t_s lat_deg lon_deg h_m vn_mps ve_mps vd_mps roll_deg pitch_deg yaw_deg "
+      "sn_m se_m sd_m svn_mps sve_mps svd_mps sx_deg sy_deg sz_deg\n";
+  for_each_shown(run, [&](const GnssInsPoint& p) {
     out += io::format_nanoseconds(p.nav.time.nanoseconds());
     append_fixed(out, p.nav.position.latitude.degrees(), 10);
     append_fixed(out, p.nav.position.longitude.degrees(), 10);
@@ -191,7 +199,7 @@ std::string trajectory_text(const NavOutputs& run) {
     for (Eigen::Index k = 0; k < 6; ++k) append_fixed(out, p.sigma[k], 4);
     for (Eigen::Index k = 6; k < 9; ++k) append_fixed(out, p.sigma[k] / kDegree, 4);
     out += '\n';
-  }
+  });
   return out;
 }
 
@@ -268,6 +276,19 @@ std::string summary(const NavOutputs& run, const NavFindings& f) {
   std::string out = to_text(f.facts, 17);
   for (const std::string& remark : run.recording.remarks) out += "note: " + remark + "\n";
   return out + to_text(f.tables);
+}
+
+std::vector<GnssFix> track_of(const NavOutputs& run) {
+  std::vector<GnssFix> track;
+  for_each_shown(run, [&](const GnssInsPoint& p) {
+    GnssFix fix;
+    fix.time = p.nav.time;
+    fix.position = p.nav.position;
+    fix.position_covariance_ned_m2 = p.sigma.head<3>().cast<double>().cwiseAbs2().asDiagonal();
+    fix.velocity_ned_mps = p.nav.velocity_ned_mps;
+    track.push_back(fix);
+  });
+  return track;
 }
 
 Result<void> write_nav_outputs(const OutputArguments& to, const NavOutputs& run,

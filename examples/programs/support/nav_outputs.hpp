@@ -44,6 +44,9 @@ struct NavFindings {
 [[nodiscard]] std::string summary(const NavOutputs& run, const NavFindings& findings);
 [[nodiscard]] io::Report report_of(const NavOutputs& run, const NavFindings& findings);
 
+/// Positions of the unit with their deviations, at the rate of trajectory.txt.
+[[nodiscard]] std::vector<GnssFix> track_of(const NavOutputs& run);
+
 /// Writes trajectory.txt, trajectory.tum, states.txt and report.html.
 [[nodiscard]] Result<void> write_nav_outputs(const OutputArguments& to, const NavOutputs& run,
                                              const NavFindings& findings);

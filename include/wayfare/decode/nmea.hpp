@@ -75,12 +75,12 @@ class NmeaSentence {
 };
 
 /// Framing of sentences. Line ends are not part of a frame; like other bytes between sentences they
-/// count as skipped. A sentence longer than 256 bytes is none: the standard allows 82, receivers
-/// write somewhat more.
+/// count as skipped. A sentence longer than 1024 bytes is none: the standard allows 82, receivers
+/// write more, u-blox's PUBX,03 some 25 for each satellite.
 class NmeaFraming {
  public:
-  using Message = NmeaSentence;                  ///< what the sink is given
-  static constexpr std::size_t kCapacity = 256;  ///< bytes of the largest frame
+  using Message = NmeaSentence;                   ///< what the sink is given
+  static constexpr std::size_t kCapacity = 1024;  ///< bytes of the largest frame
 
   /// What begins at the front.
   Look look(const Front& front, DecoderStatistics& statistics) {

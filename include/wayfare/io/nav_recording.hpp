@@ -36,14 +36,15 @@ struct NavFormats {
 
 /// Paths; empty if there is none.
 struct NavFiles {
-  std::vector<std::string> imu;         ///< one, or gyro and accelerometer
-  std::string imu_tags;                 ///< RTKLIB's time tags of the (first) file of the unit
-  std::string imu_clock;                ///< pairs of the unit's times and GPS times
-  std::string observations;             ///< RINEX, of the receiver
-  std::vector<std::string> navigation;  ///< RINEX, broadcast messages
-  std::string ranges;                   ///< corrected ranges as columns, instead of observations
-  std::string fixes;                    ///< of a receiver
-  std::string truth;                    ///< reference trajectory
+  std::vector<std::string> imu;  ///< one, or gyro and accelerometer
+  std::string imu_tags;          ///< RTKLIB's time tags of the (first) file of the unit
+  std::string imu_clock;         ///< pairs of the unit's times and GPS times
+  std::string observations;      ///< RINEX or UBX, of the receiver
+  /// RINEX, broadcast messages; not needed where UBX has those of GPS.
+  std::vector<std::string> navigation;
+  std::string ranges;  ///< corrected ranges as columns, instead of observations
+  std::string fixes;   ///< of a receiver
+  std::string truth;   ///< reference trajectory
 };
 
 /// What was read from all files.

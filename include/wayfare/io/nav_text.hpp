@@ -43,6 +43,7 @@ struct ImuFile {
   bool has_gyro = false;           ///< columns gx gy gz
   bool has_accelerometer = false;  ///< columns ax ay az
   Problems problems;               ///< lines skipped
+  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
 };
 
 /// Errors of these readers: the file cannot be read, a column is missing or has an unknown unit, or
@@ -64,6 +65,7 @@ struct ImuFile {
 struct RangesFile {
   std::vector<RangeEpoch> epochs;  ///< in the order of the file
   Problems problems;               ///< lines skipped
+  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
 };
 
 /// Errors as of read_imu.
@@ -78,13 +80,17 @@ struct RangesFile {
 /// instead of sn se sd; speed and course instead of vn ve; q (quality, RTKLIB's numbers). Or
 /// Earth-fixed: ecef_x ecef_y ecef_z; ecef_sx …, ecef_sxy ecef_syz ecef_szx; ecef_vx ….
 struct FixFile {
-  std::vector<GnssFix> fixes;  ///< in the order of the file
-  std::vector<int> qualities;  ///< of each fix; 0: not given
-  Problems problems;           ///< lines skipped
+  std::vector<GnssFix> fixes;      ///< in the order of the file
+  std::vector<int> qualities;      ///< of each fix; 0: not given
+  Problems problems;               ///< lines skipped
+  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
 };
 
-/// Also reads RTKLIB's .pos files (geodetic in degrees, or Earth-fixed), recognised by their '%'
-/// heading.
+/// Also reads, recognised by their content where no columns are named: RTKLIB's .pos files
+/// (geodetic in degrees, or Earth-fixed; by their '%' heading), GPX tracks, KML tracks with times,
+/// and streams of a receiver with NAV-PVT messages of u-blox or NMEA sentences (GGA and RMC). The
+/// standard deviations of NMEA fixes are 3 m (differential 1.5 m, float 0.3 m, fixed 0.02 m) times
+/// the HDOP, of GPX and KML those of GnssFix. UTC becomes GPS time by the table of leap seconds.
 [[nodiscard]] Result<FixFile> read_fixes(const std::string& path, const ColumnFormat& format = {});
 /// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<FixFile> parse_fixes(std::string_view text, const std::string& source,
@@ -93,13 +99,14 @@ struct FixFile {
 /// Columns lat lon h; vn ve and vd or vu; roll pitch yaw. Or Earth-fixed: ecef_x …,
 /// ecef_vx ….
 struct NavFile {
-  NavTrajectory trajectory;   ///< in the order of the file; missing quantities are zero
-  bool has_velocity = false;  ///< columns vn ve
-  bool has_attitude = false;  ///< columns roll pitch yaw
-  Problems problems;          ///< lines skipped
+  NavTrajectory trajectory;        ///< in the order of the file; missing quantities are zero
+  bool has_velocity = false;       ///< columns vn ve
+  bool has_attitude = false;       ///< columns roll pitch yaw
+  Problems problems;               ///< lines skipped
+  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
 };
 
-/// Also reads RTKLIB's .pos files.
+/// Also reads the other files that read_fixes does.
 [[nodiscard]] Result<NavFile> read_nav(const std::string& path, const ColumnFormat& format = {});
 /// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<NavFile> parse_nav(std::string_view text, const std::string& source,
@@ -110,6 +117,7 @@ struct NavFile {
 struct ClockFile {
   std::vector<ClockPair<DeviceClock>> pairs;  ///< in the order of the file
   Problems problems;                          ///< lines skipped
+  std::vector<ColumnUse> columns;             ///< as understood; none of a file without columns
 };
 
 /// Errors as of read_imu.

@@ -89,8 +89,8 @@ class Problems {
   [[nodiscard]] bool empty() const { return count_ == 0; }
   /// In the order of the file.
   [[nodiscard]] const std::vector<Error>& first() const { return first_; }
-  /// What most of the faults kept in full are: the message up to its details, without numbers; empty
-  /// if there is none.
+  /// What most of the faults kept in full are: the message up to its details, without numbers;
+  /// empty if there is none.
   [[nodiscard]] std::string most_frequent() const;
 
  private:
@@ -127,6 +127,12 @@ class FileSink final : public ByteSink {
   std::uint64_t size_ = 0;
 };
 
+/// A column of a foreign file: `gx_degps` is the column "Gyro X", or 5.
+struct ColumnChoice {
+  std::string name;    ///< quantity and unit, as in ColumnFormat
+  std::string column;  ///< heading without quotes, or number from 1
+};
+
 /// The columns of a file. Fields are separated by commas or semicolons where a line has them, else
 /// by blanks; a separator at the end of a line is ignored.
 ///
@@ -142,6 +148,8 @@ class FileSink final : public ByteSink {
 /// - `utc_date`, `utc_clock`: the same in UTC
 /// - `utc`: Unix time: UTC from 1970
 /// - `unixgps`: GPS time from 1970 without leap seconds, as in RTKLIB's files
+///
+/// The columns of a foreign file are chosen by their headings or numbers: only those are read.
 struct ColumnFormat {
   /// Names in the order of the file; "-" skips a column. Empty: a line of the file names them,
   /// optionally after '#' or '%'.
@@ -150,6 +158,18 @@ struct ColumnFormat {
   std::size_t skip_lines = 0;
   /// GPS time minus UTC, s: 18 since 2017-01-01. Used only for times in UTC.
   int leap_seconds = 18;
+  /// Columns taken by heading or number, in place of the names above.
+  std::vector<ColumnChoice> choices = {};
+
+  /// Whether the caller says what the columns are, so that the file's format is not guessed.
+  [[nodiscard]] bool named() const { return !columns.empty() || !choices.empty(); }
+};
+
+/// A column as a reader understood it.
+struct ColumnUse {
+  std::size_t column = 0;  ///< number, from 1
+  std::string heading;     ///< in the file; empty: it has none
+  std::string name;        ///< quantity and unit
 };
 
 /// A table of float32 numbers.

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::io {
@@ -28,9 +29,22 @@ struct TrackText {
 /// above the ellipsoid, with a geoid separation of zero.
 [[nodiscard]] std::string format_nmea(std::span<const NavState> track);
 
-/// RTKLIB's solution in GPS time: latitude, longitude, height, quality 5 (single), satellites 0,
-/// standard deviations zero, velocity. read_fixes and read_nav read it back.
+/// Coordinates of a .pos file.
+enum class PosAxes {
+  geodetic,     ///< latitude, longitude, height; north, east, up
+  earth_fixed,  ///< x, y, z
+};
+
+/// RTKLIB's solution in GPS time to 1 ms: position, quality 5 (single), satellites 0, standard
+/// deviations and signed roots of covariances, velocity (zero where it is not known) without its
+/// deviations. read_fixes and read_nav read it back.
+[[nodiscard]] std::string format_rtklib_pos(std::span<const GnssFix> fixes,
+                                            const TrackText& text = {},
+                                            PosAxes axes = PosAxes::geodetic);
+/// The same of states, whose standard deviations are not known and written as zero: read_nav reads
+/// it back, read_fixes does not.
 [[nodiscard]] std::string format_rtklib_pos(std::span<const NavState> track,
-                                            const TrackText& text = {});
+                                            const TrackText& text = {},
+                                            PosAxes axes = PosAxes::geodetic);
 
 }  // namespace wayfare::io

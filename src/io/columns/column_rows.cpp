@@ -5,9 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
+#include "io/columns/column_units.hpp"
 #include "io/text/lines.hpp"
 
 namespace wayfare::io {
@@ -16,85 +16,6 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kGpsEpochUnix_s = 315964800;  // 1980-01-06
 constexpr std::int64_t kWeek_s = 604800;
-
-constexpr double kGravity_mps2 = 9.80665;
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-struct Unit {
-  std::string_view name;
-  Dimension dimension = Dimension::none;
-  double factor = 1.0;  ///< to SI units; for times the number of decimals to shift
-};
-
-/// Magnetic fields are in microtesla, the usual unit of the Earth's.
-constexpr Unit kUnits[] = {{"m", Dimension::length, 1.0},
-                           {"cm", Dimension::length, 1e-2},
-                           {"mm", Dimension::length, 1e-3},
-                           {"km", Dimension::length, 1e3},
-                           {"mps", Dimension::speed, 1.0},
-                           {"m/s", Dimension::speed, 1.0},
-                           {"kmh", Dimension::speed, 1.0 / 3.6},
-                           {"km/h", Dimension::speed, 1.0 / 3.6},
-                           {"rad", Dimension::angle, 1.0},
-                           {"deg", Dimension::angle, kDegree},
-                           {"radps", Dimension::angular_rate, 1.0},
-                           {"rad/s", Dimension::angular_rate, 1.0},
-                           {"degps", Dimension::angular_rate, kDegree},
-                           {"deg/s", Dimension::angular_rate, kDegree},
-                           {"mps2", Dimension::acceleration, 1.0},
-                           {"m/s2", Dimension::acceleration, 1.0},
-                           {"m/s^2", Dimension::acceleration, 1.0},
-                           {"g", Dimension::acceleration, kGravity_mps2},
-                           {"mg", Dimension::acceleration, 1e-3 * kGravity_mps2},
-                           {"uT", Dimension::magnetic_field, 1.0},
-                           {"nT", Dimension::magnetic_field, 1e-3},
-                           {"mT", Dimension::magnetic_field, 1e3},
-                           {"T", Dimension::magnetic_field, 1e6},
-                           {"G", Dimension::magnetic_field, 1e2},
-                           {"Pa", Dimension::pressure, 1.0},
-                           {"hPa", Dimension::pressure, 1e2},
-                           {"mbar", Dimension::pressure, 1e2},
-                           {"kPa", Dimension::pressure, 1e3},
-                           {"dbhz", Dimension::decibel_hertz, 1.0},
-                           {"s", Dimension::time, 0.0},
-                           {"ms", Dimension::time, 3.0},
-                           {"us", Dimension::time, 6.0},
-                           {"ns", Dimension::time, 9.0}};
-
-struct ColumnName {
-  std::string_view stem;
-  std::string_view unit;
-};
-
-/// "ax_g" or "ax [m/s^2]" or "ax(m/s^2)" as stem and unit.
-ColumnName split_name(std::string_view name) {
-  const std::size_t bracket = name.find_first_of("[(");
-  if (bracket != name.npos && (name.back() == ']' || name.back() == ')'))
-    return {text::trimmed(name.substr(0, bracket)),
-            text::trimmed(name.substr(bracket + 1, name.size() - bracket - 2))};
-  const std::size_t underscore = name.rfind('_');
-  if (underscore == name.npos) return {name, {}};
-  return {name.substr(0, underscore), name.substr(underscore + 1)};
-}
-
-/// Null where the unit is unknown.
-const Unit* find_unit(std::string_view name, Dimension dimension) {
-  const auto* unit = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& u) {
-    return u.name == name && u.dimension == dimension;
-  });
-  return unit == std::end(kUnits) ? nullptr : unit;
-}
-
-/// The names of a dimension's units, for messages.
-std::string units_of(Dimension dimension) {
-  std::string list;
-  for (const Unit& u : kUnits) {
-    if (u.dimension != dimension) continue;
-    list += list.empty() ? "" : ", ";
-    list += u.name;
-  }
-  return list;
-}
 
 /// Whole numbers separated by `separator`: "2025/07/08".
 template <std::size_t kCount>
@@ -186,9 +107,51 @@ Result<ColumnRows> ColumnRows::open(std::string_view text, const std::string& so
   return rows;
 }
 
+/// The names by the choices, "-" for the other columns. The first line is one of headings unless it
+/// begins with a number.
+Result<std::vector<std::string>> ColumnRows::chosen_names(const ColumnFormat& format) {
+  text::Lines lines(text_);
+  std::vector<std::string_view> fields;
+  for (std::string_view line; fields.empty() && lines.next(line);)
+    if (lines.number() > format.skip_lines) split_fields(uncommented(line), fields);
+  const auto unquoted = [](std::string_view field) {
+    if (field.size() > 1 && field.front() == '"' && field.back() == '"')
+      field = field.substr(1, field.size() - 2);
+    return text::trimmed(field);
+  };
+  for (const std::string_view field : fields) headings_.emplace_back(unquoted(field));
+  if (!format.columns.empty()) headings_ = format.columns;
+  const bool begins = !fields.empty() && !fields.front().empty();
+  const bool heading = begins && fields.front().find_first_of("0123456789+-.") != 0;
+  if (heading) first_line_ = lines.number();
+  std::vector<std::string> names(headings_.size(), "-");
+  for (const ColumnChoice& choice : format.choices) {
+    std::size_t number = 0;
+    const auto named = std::find(headings_.begin(), headings_.end(), choice.column);
+    if (named != headings_.end() && (heading || !format.columns.empty())) {
+      number = static_cast<std::size_t>(named - headings_.begin()) + 1;
+    } else if (!text::to_number(choice.column, number) || number < 1 || number > names.size()) {
+      return Error{ErrorCode::parse,
+                   "has no column '" + text::printable(choice.column) + "' for " + choice.name +
+                       "; it has " + std::to_string(names.size()) + " columns" +
+                       (heading ? ", the first is '" + text::printable(headings_.front()) + "'"
+                                : " and no line of headings"),
+                   source_, first_line_};
+    }
+    names[number - 1] = choice.name;
+  }
+  if (!heading && format.columns.empty()) headings_.assign(names.size(), {});
+  return names;
+}
+
 Result<void> ColumnRows::name_columns(const ColumnFormat& format) {
   std::vector<std::string> names = format.columns;
   first_line_ = format.skip_lines;
+  if (!format.choices.empty()) {
+    auto chosen = chosen_names(format);
+    if (!chosen) return chosen.error();
+    names = *std::move(chosen);
+  }
   if (names.empty()) {
     text::Lines lines(text_);
     std::vector<std::string_view> fields;
@@ -211,6 +174,18 @@ Result<void> ColumnRows::name_columns(const ColumnFormat& format) {
   column_count_ = names.size();
   for (std::size_t i = 0; i < names.size(); ++i)
     if (auto done = assign(names[i], static_cast<int>(i)); !done) return done;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const int column = static_cast<int>(i);
+    const bool used = column == time_column_ || column == time_second_column_ ||
+                      std::any_of(slots_.begin(), slots_.end(),
+                                  [&](const Slot& slot) { return slot.column == column; });
+    if (used) {
+      uses_.push_back({i + 1, headings_.empty() ? std::string() : headings_[i], names[i]});
+    } else if (!format.choices.empty() && names[i] != "-") {
+      return Error{ErrorCode::parse,
+                   "'" + text::printable(names[i]) + "' is not a quantity of such a file", source_};
+    }
+  }
   return check_time();
 }
 

@@ -64,6 +64,9 @@ class ColumnRows {
   /// An error that names the missing ones among wanted[first] .. wanted[last - 1].
   [[nodiscard]] Result<void> require(std::size_t first, std::size_t last) const;
 
+  /// The columns that are read, in the order of the file.
+  [[nodiscard]] const std::vector<ColumnUse>& uses() const { return uses_; }
+
   /// Calls `take` for each readable line; it returns an error message, or an empty string. Returns
   /// the number of accepted lines.
   std::size_t for_each(const std::function<std::string(const ColumnRow&)>& take,
@@ -78,6 +81,7 @@ class ColumnRows {
   enum class TimeKind : std::uint8_t { none, log, week_tow, calendar, unix_like };
 
   Result<void> name_columns(const ColumnFormat& format);
+  Result<std::vector<std::string>> chosen_names(const ColumnFormat& format);
   Result<void> assign(const std::string& name, int column);
   Result<void> check_time() const;
   std::string read_time(std::span<const std::string_view> fields, LogTime& time) const;
@@ -85,6 +89,8 @@ class ColumnRows {
   std::string_view text_;
   std::string source_;
   std::vector<Slot> slots_;
+  std::vector<ColumnUse> uses_;
+  std::vector<std::string> headings_;  ///< as in the file, where its columns are chosen
   std::size_t column_count_ = 0;
   std::size_t first_line_ = 0;  ///< lines up to this one are not data
   TimeKind time_kind_ = TimeKind::none;

@@ -32,6 +32,7 @@ Result<ImuFile> parse_imu(std::string_view all, const std::string& source,
   const auto rows = ColumnRows::open(all, source, format, kImu);
   if (!rows) return rows.error();
   ImuFile file;
+  file.columns = rows->uses();
   file.has_gyro = rows->has(0) || rows->has(1) || rows->has(2);
   file.has_accelerometer = rows->has(3) || rows->has(4) || rows->has(5);
   const bool either = file.has_gyro || file.has_accelerometer;
@@ -99,6 +100,7 @@ Result<ClockFile> parse_clock(std::string_view all, const std::string& source,
   const auto rows = ColumnRows::open(all, source, format, kClock, 1);
   if (!rows) return rows.error();
   ClockFile file;
+  file.columns = rows->uses();
   const auto take = [&](const ColumnRow& row) -> std::string {
     if (std::isnan(row.numbers[0])) return "the device's time is missing";
     if (std::abs(row.numbers[0]) > 1e-9 * static_cast<double>(kLargestStamp_ns))

@@ -9,6 +9,7 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/gnss/correct_ranges.hpp>
 #include <wayfare/gnss/single_point.hpp>
+#include <wayfare/io/observations.hpp>
 #include <wayfare/io/rinex.hpp>
 #include <wayfare/sync/in_order.hpp>
 
@@ -184,7 +185,8 @@ class Loader {
     return {};
   }
 
-  Result<Ephemerides> load_navigation() {
+  /// Of the files, and those in the stream of observations.
+  Result<Ephemerides> load_navigation(const Ephemerides& received) {
     std::optional<Ephemerides> all;
     for (const std::string& path : files_.navigation) {
       auto one = noted(read_rinex_navigation(path), path);
@@ -195,15 +197,17 @@ class Loader {
         all->add(one->ephemerides);
       }
     }
-    if (!all) return Error{ErrorCode::invalid, "raw observations need a navigation file"};
+    if (!all && received.empty())
+      return Error{ErrorCode::invalid, "raw observations need a navigation file"};
+    if (!all) return received;
+    all->add(received);
     return *std::move(all);
   }
 
   Result<void> load_raw() {
-    const auto observations =
-        noted(read_rinex_observations(files_.observations), files_.observations);
+    const auto observations = noted(read_observations(files_.observations), files_.observations);
     if (!observations) return observations.error();
-    const auto ephemerides = load_navigation();
+    const auto ephemerides = load_navigation(observations->ephemerides);
     if (!ephemerides) return ephemerides.error();
 
     SinglePointOptions options;

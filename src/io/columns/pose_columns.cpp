@@ -65,7 +65,7 @@ Result<PoseFile> parse_pose_columns(std::string_view all, const std::string& sou
 
 Result<PoseFile> parse_poses(std::string_view all, const std::string& source,
                              const ColumnFormat& format) {
-  if (!format.columns.empty() || !is_tum(all)) return parse_pose_columns(all, source, format);
+  if (format.named() || !is_tum(all)) return parse_pose_columns(all, source, format);
   auto tum = parse_tum(all, source);
   if (!tum) return tum.error();
   PoseFile file{planar(tum->trajectory), {}, true, std::move(tum->problems)};

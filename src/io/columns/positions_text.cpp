@@ -15,6 +15,7 @@
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
+#include "io/columns/receiver_fixes.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -47,7 +48,7 @@ std::string our_name(std::string_view heading) {
 /// The columns of an RTKLIB solution (.pos), geodetic in decimal degrees or Earth-fixed, by its '%'
 /// heading; nullopt where it is none.
 std::optional<ColumnFormat> rtklib_columns(std::string_view all, const ColumnFormat& format) {
-  if (!format.columns.empty()) return std::nullopt;
+  if (format.named()) return std::nullopt;
   ColumnFormat found = format;
   text::Lines lines(all);
   bool utc = false;
@@ -190,12 +191,15 @@ std::string take_velocity(std::span<const double> v, GnssFix& fix) {
 
 Result<FixFile> parse_fixes(std::string_view all, const std::string& source,
                             const ColumnFormat& format) {
+  if (!format.named())
+    if (auto foreign = parse_foreign_fixes(all, source)) return *std::move(foreign);
   const auto rows =
       ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kFix);
   if (!rows) return rows.error();
   const bool ecef = rows->has(kFixX) && rows->has(kFixX + 1) && rows->has(kFixX + 2);
   if (auto known = rows->require(0, 3); !ecef && !known) return known.error();
   FixFile file;
+  file.columns = rows->uses();
   const auto take = [&](const ColumnRow& row) -> std::string {
     GnssFix fix;
     fix.time = row.time;
@@ -248,10 +252,27 @@ constexpr Quantity kNav[] = {
     {"ecef_vz", Dimension::speed}};
 constexpr std::size_t kNavX = 10;
 
+NavFile as_nav(FixFile fixes) {
+  NavFile file;
+  file.problems = std::move(fixes.problems);
+  file.has_velocity = std::all_of(fixes.fixes.begin(), fixes.fixes.end(),
+                                  [](const GnssFix& f) { return f.velocity_ned_mps.has_value(); });
+  for (const GnssFix& fix : fixes.fixes)
+    file.trajectory.push_back(
+        {fix.time, fix.position, fix.velocity_ned_mps.value_or(Eigen::Vector3d::Zero()), {}});
+  return file;
+}
+
 }  // namespace
 
 Result<NavFile> parse_nav(std::string_view all, const std::string& source,
                           const ColumnFormat& format) {
+  if (!format.named()) {
+    if (auto foreign = parse_foreign_fixes(all, source)) {
+      if (!*foreign) return foreign->error();
+      return as_nav(**std::move(foreign));
+    }
+  }
   const auto rows =
       ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kNav);
   if (!rows) return rows.error();
@@ -261,6 +282,7 @@ Result<NavFile> parse_nav(std::string_view all, const std::string& source,
   const bool ecef = has_all(kNavX);
   if (auto known = rows->require(0, 3); !ecef && !known) return known.error();
   NavFile file;
+  file.columns = rows->uses();
   file.has_velocity =
       ecef ? has_all(kNavX + 3) : rows->has(3) && rows->has(4) && (rows->has(5) || rows->has(9));
   file.has_attitude = rows->has(6) && rows->has(7) && rows->has(8);

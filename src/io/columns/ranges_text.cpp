@@ -56,6 +56,7 @@ Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
   const auto rows = ColumnRows::open(all, source, format, kRanges, 8);
   if (!rows) return rows.error();
   RangesFile file;
+  file.columns = rows->uses();
   const auto take = [&](const ColumnRow& row) -> std::string {
     CorrectedRange range;
     if (std::string fault = take_range(row, *rows, range); !fault.empty()) return fault;

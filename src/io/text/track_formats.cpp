@@ -1,10 +1,12 @@
 #include <wayfare/io/track_formats.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <string_view>
 
+#include <wayfare/core/geodesy.hpp>
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/io/report.hpp>
 
@@ -131,23 +133,91 @@ std::string format_nmea(std::span<const NavState> track) {
   return out;
 }
 
-std::string format_rtklib_pos(std::span<const NavState> track, const TrackText& text) {
-  std::string out = "% program   : " + text.program +
-                    "\n% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,"
-                    "6:ppp,ns=# of satellites)\n"
-                    "%  GPST latitude(deg) longitude(deg) height(m) Q ns sdn(m) sde(m) sdu(m) "
-                    "sdne(m) sdeu(m) sdun(m) age(s) ratio vn(m/s) ve(m/s) vu(m/s)\n";
+namespace {
+
+std::string pos_heading(const TrackText& text, PosAxes axes) {
+  std::string out = "% program   : " + text.program;
+  if (axes == PosAxes::geodetic) {
+    out +=
+        "\n% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,"
+        "6:ppp,ns=# of satellites)\n"
+        "%  GPST latitude(deg) longitude(deg) height(m) Q ns sdn(m) sde(m) sdu(m) "
+        "sdne(m) sdeu(m) sdun(m) age(s) ratio vn(m/s) ve(m/s) vu(m/s)\n";
+  } else {
+    out +=
+        "\n% (x/y/z-ecef=WGS84,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,ns=# of satellites)\n"
+        "%  GPST x-ecef(m) y-ecef(m) z-ecef(m) Q ns sdx(m) sdy(m) sdz(m) "
+        "sdxy(m) sdyz(m) sdzx(m) age(s) ratio vx(m/s) vy(m/s) vz(m/s)\n";
+  }
+  return out;
+}
+
+std::string pos_time(LogTime time) {
+  const CivilTime t = civil_from_gps(gps_time(time) + std::chrono::microseconds(500));
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(t.of_minute).count();
+  return digits(t.year, 4) + '/' + digits(t.month, 2) + '/' + digits(t.day, 2) + ' ' +
+         digits(t.hour, 2) + ':' + digits(t.minute, 2) + ':' +
+         digits(static_cast<int>(ms / 1000), 2) + '.' + digits(static_cast<int>(ms % 1000), 3);
+}
+
+void append_fixed(std::string& out, double value, int decimals) {
+  out += ' ';
+  out += text::fixed(value, decimals);
+}
+
+std::string pos_position(const Geodetic& p, PosAxes axes) {
+  std::string out;
+  if (axes == PosAxes::geodetic) {
+    append_fixed(out, p.latitude.degrees(), 9);
+    append_fixed(out, std::remainder(p.longitude.degrees(), 360.0), 9);
+    append_fixed(out, p.height_m, 4);
+  } else {
+    for (const double v : ecef_from_geodetic(p)) append_fixed(out, v, 4);
+  }
+  return out + " 5 0";
+}
+
+/// Standard deviations, none of which is zero, and signed roots of the covariances of axes 0 and 1,
+/// 1 and 2, 2 and 0.
+void append_deviations(std::string& out, const Eigen::Matrix3d& covariance) {
+  for (Eigen::Index k = 0; k < 3; ++k)
+    append_fixed(out, std::max(std::sqrt(covariance(k, k)), 1e-4), 4);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double v = covariance(k, (k + 1) % 3);
+    append_fixed(out, std::copysign(std::sqrt(std::abs(v)), v), 4);
+  }
+}
+
+/// From north, east, down to the axes of a .pos file.
+Eigen::Matrix3d pos_rotation(const Geodetic& position, PosAxes axes) {
+  if (axes == PosAxes::earth_fixed) return rotation_ecef_ned(position);
+  return Eigen::Vector3d(1.0, 1.0, -1.0).asDiagonal();
+}
+
+}  // namespace
+
+std::string format_rtklib_pos(std::span<const GnssFix> fixes, const TrackText& text, PosAxes axes) {
+  std::string out = pos_heading(text, axes);
+  for (const GnssFix& fix : fixes) {
+    const Eigen::Matrix3d to_axes = pos_rotation(fix.position, axes);
+    out += pos_time(fix.time) + pos_position(fix.position, axes);
+    append_deviations(out, to_axes * fix.position_covariance_ned_m2 * to_axes.transpose());
+    out += " 0 0";
+    const Eigen::Vector3d v =
+        to_axes * fix.velocity_ned_mps.value_or(Eigen::Vector3d::Zero().eval());
+    for (const double component : v) append_fixed(out, component, 4);
+    out += '\n';
+  }
+  return out;
+}
+
+std::string format_rtklib_pos(std::span<const NavState> track, const TrackText& text,
+                              PosAxes axes) {
+  std::string out = pos_heading(text, axes);
   for (const NavState& s : track) {
-    const CivilTime t = civil_from_gps(gps_time(s.time) + std::chrono::microseconds(500));
-    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(t.of_minute).count();
-    out += digits(t.year, 4) + '/' + digits(t.month, 2) + '/' + digits(t.day, 2) + ' ' +
-           digits(t.hour, 2) + ':' + digits(t.minute, 2) + ':' +
-           digits(static_cast<int>(ms / 1000), 2) + '.' + digits(static_cast<int>(ms % 1000), 3);
-    out += ' ' + text::fixed(s.position.latitude.degrees(), 9) + ' ' +
-           text::fixed(longitude_deg(s), 9) + ' ' + text::fixed(s.position.height_m, 4) +
-           " 5 0 0 0 0 0 0 0 0 0";
-    for (const double v : {s.velocity_ned_mps.x(), s.velocity_ned_mps.y(), -s.velocity_ned_mps.z()})
-      out += ' ' + text::fixed(v, 4);
+    out += pos_time(s.time) + pos_position(s.position, axes) + " 0 0 0 0 0 0 0 0";
+    const Eigen::Vector3d v = pos_rotation(s.position, axes) * s.velocity_ned_mps;
+    for (const double component : v) append_fixed(out, component, 4);
     out += '\n';
   }
   return out;
