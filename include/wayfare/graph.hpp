@@ -10,6 +10,7 @@
 #include <wayfare/graph/growing_factor_graph.hpp>
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/linear_solver.hpp>
+#include <wayfare/graph/loop_consistency.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/path_uncertainty.hpp>
 #include <wayfare/graph/pose_graph.hpp>

@@ -1,0 +1,301 @@
+#include "graph/consistency/growth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <wayfare/core/statistics.hpp>
+#include <wayfare/graph/detail/validate.hpp>
+#include <wayfare/graph/pose_graph.hpp>
+
+#include "graph/lists.hpp"
+
+namespace wayfare::detail {
+namespace {
+
+/// For each pose k > 0 the trusted edge to k − 1, or −1.
+template <LieGroup G>
+std::vector<int> chain_of(const PoseGraph<G>& graph) {
+  std::vector<int> chain(graph.poses.size(), -1);
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    const PoseEdge<G>& edge = graph.edges[k];
+    if (edge.robust || std::abs(edge.from - edge.to) != 1) continue;
+    int& link = chain[at(std::max(edge.from, edge.to))];
+    if (link < 0) link = static_cast<int>(k);
+  }
+  return chain;
+}
+
+template <LieGroup G>
+constexpr int kAxes = static_cast<int>(G::Vector::RowsAtCompileTime);
+
+}  // namespace
+
+template <LieGroup G>
+Result<void> check_chain(const PoseGraph<G>& graph) {
+  const std::vector<int> chain = chain_of(graph);
+  for (int k = 1; k < graph.size(); ++k)
+    if (chain[at(k)] < 0)
+      return Error{ErrorCode::degenerate,
+                   "no trusted edge joins poses " + graph.label(k - 1) + " and " + graph.label(k)};
+  return {};
+}
+
+template <LieGroup G>
+LoopGrowth<G>::LoopGrowth(const PoseGraph<G>& graph, const LoopConsistencyOptions& options)
+    : graph_(graph),
+      options_(options),
+      paths_(graph),
+      state_(graph.edges.size(), State::open),
+      pauses_(graph.edges.size(), 0),
+      compared_(graph.edges.size(), 0),
+      chances_(graph.edges.size(), 1.0),
+      gate_(chi_square_quantile(options.inlier_probability, ManifoldTraits<G>::kDof)),
+      scale_(options.noise_scale) {
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    if (graph.edges[k].robust) {
+      open_.push_back(static_cast<int>(k));
+    } else {
+      accept(static_cast<int>(k), 0.0);
+    }
+  }
+  odometry_.assign(graph.poses.size(), G());
+  measure_spread();
+  if (!(scale_ > 0.0)) estimate_scale();
+}
+
+/// Also sets the poses along the chain.
+template <LieGroup G>
+void LoopGrowth<G>::measure_spread() {
+  const std::vector<int> chain = chain_of(graph_);
+  typename G::Vector mean = G::Vector::Zero();
+  for (int k = 1; k < graph_.size(); ++k) {
+    const PoseEdge<G>& edge = graph_.edges[at(chain[at(k)])];
+    odometry_[at(k)] =
+        odometry_[at(k - 1)] * (edge.to == k ? edge.measurement : edge.measurement.inverse());
+    mean += odometry_[at(k)].translation() / graph_.size();
+  }
+  double sum = 0.0;
+  for (const G& x : odometry_) sum += (x.translation() - mean).squaredNorm();
+  spread_ = 2.0 * sum / (graph_.size() * kAxes<G>);
+}
+
+/// A quarter of the loops is assumed to be true, so that the quantile of d² at 1/4, which is that
+/// of the true ones at least, is not below theirs.
+template <LieGroup G>
+void LoopGrowth<G>::estimate_scale() {
+  constexpr double kQuantile = 0.25, kLeast = 1.0 / 32.0;
+  scale_ = 1.0;
+  if (open_.empty()) return;
+  // Sums of the edges' covariances, as perturbations in the common frame.
+  const std::vector<int> chain = chain_of(graph_);
+  std::vector<SquareOf<G>> sums(odometry_.size(), SquareOf<G>::Zero());
+  for (int k = 1; k < graph_.size(); ++k) {
+    const int edge = chain[at(k)];
+    const SquareOf<G> move = odometry_[at(graph_.edges[at(edge)].to)].adjoint();
+    sums[at(k)] = sums[at(k - 1)] + move * paths_.covariance(edge) * move.transpose();
+  }
+  std::vector<double> squares;
+  for (const int k : open_) {
+    const PoseEdge<G>& loop = graph_.edges[at(k)];
+    const G& to = odometry_[at(loop.to)];
+    const SquareOf<G> move = to.inverse().adjoint();
+    const SquareOf<G> path =
+        sums[at(std::max(loop.from, loop.to))] - sums[at(std::min(loop.from, loop.to))];
+    const SquareOf<G> s = move * path * move.transpose() + paths_.covariance(k);
+    const TangentOf<G> r = (odometry_[at(loop.from)].inverse() * to).minus(loop.measurement);
+    if (const double d2 = r.dot(s.ldlt().solve(r)); d2 >= 0.0) squares.push_back(d2);
+  }
+  if (squares.empty()) return;
+  const auto quantile = squares.begin() + static_cast<long>(kQuantile * double(squares.size()));
+  std::nth_element(squares.begin(), quantile, squares.end());
+  const double few = 1.0 + 5.0 / std::sqrt(static_cast<double>(squares.size()));
+  const double ratio = *quantile / chi_square_quantile(kQuantile, ManifoldTraits<G>::kDof);
+  scale_ = std::clamp(few * ratio, kLeast, 1.0);
+}
+
+template <LieGroup G>
+auto LoopGrowth<G>::compare(int edge, const LoopPath<G>& path) const -> Agreement {
+  constexpr int kDof = ManifoldTraits<G>::kDof;
+  // Volume of the unit ball by (2π)^(n/2).
+  constexpr double kBall = kDof == 3 ? 0.26596152026762 : 1.0 / 48.0;
+  const SquareOf<G> s = scale_ * (path.covariance + paths_.covariance(edge));
+  const TangentOf<G> r = path.across.minus(graph_.edges[at(edge)].measurement);
+  // Unrelated poses are no further apart than the path is long.
+  const double apart = std::min(spread_, path.length * path.length / 3.0);
+  SquareOf<G> unrelated = s;
+  for (int k = 0; k < kDof; ++k)
+    unrelated(k, k) += k < kAxes<G> ? apart : std::numbers::pi * std::numbers::pi / 3.0;
+  const Eigen::LLT<SquareOf<G>> factor(s), outer(unrelated);
+  const double square = factor.matrixL().solve(r).squaredNorm();
+  double chance = kBall;
+  for (int k = 0; k < kDof; ++k)
+    chance *= std::sqrt(square) * factor.matrixLLT()(k, k) / outer.matrixLLT()(k, k);
+  if (!std::isfinite(chance)) return {0.0, 1.0};
+  return {square, std::min(chance, 1.0)};
+}
+
+template <LieGroup G>
+void LoopGrowth<G>::accept(int edge, double chance) {
+  chances_[at(edge)] = chance;
+  state_[at(edge)] = State::accepted;
+  paths_.accept(edge);
+}
+
+/// Judges the open loops that close a cycle of at most `hops` edges and one. Those that were found
+/// to close none pause for some rounds, unless `all` are asked for.
+template <LieGroup G>
+void LoopGrowth<G>::look(int hops, bool all) {
+  constexpr int kPause = 15;
+  ++rounds_;
+  candidates_.clear();
+  LoopPath<G> path;
+  for (const int k : open_) {
+    int& pause = pauses_[at(k)];
+    if (!all && pause > 0) {
+      --pause;
+    } else if (paths_.find(graph_.edges[at(k)], hops, path)) {
+      pause = 0;
+      judge(k, path);
+    } else {
+      pause = kPause;
+    }
+  }
+}
+
+template <LieGroup G>
+void LoopGrowth<G>::judge(int edge, const LoopPath<G>& path) {
+  const Agreement found = compare(edge, path);
+  if (std::exchange(compared_[at(edge)], 1) == 0) ++unaccepted_;
+  if (found.square > gate_) {
+    state_[at(edge)] = State::refused;
+  } else {
+    candidates_.push_back({edge, found.chance});
+  }
+}
+
+template <LieGroup G>
+void LoopGrowth<G>::take(const Candidate& candidate) {
+  accept(candidate.edge, candidate.chance);
+  --unaccepted_;
+  drop_decided();
+}
+
+/// The surest candidates: all that are much surer than needed, else the surest one and those like
+/// it.
+template <LieGroup G>
+bool LoopGrowth<G>::accept_surest() {
+  constexpr double kSure = 0.03, kAlike = 10.0;
+  const double limit = options_.max_false / std::max(1.0, static_cast<double>(unaccepted_));
+  double least = 1.0;
+  for (const Candidate& c : candidates_) least = std::min(least, c.chance);
+  const double enough = std::min(std::max(kAlike * least, kSure * limit), limit);
+  bool any = false;
+  for (const Candidate& c : candidates_) {
+    if (c.chance > enough) continue;
+    accept(c.edge, c.chance);
+    --unaccepted_;
+    any = true;
+  }
+  drop_decided();
+  return any;
+}
+
+template <LieGroup G>
+void LoopGrowth<G>::run() {
+  constexpr int kHops = 16;
+  for (int hops = kHops; !open_.empty();) {
+    look(hops, false);
+    if (accept_surest()) continue;
+    look(hops, true);
+    if (accept_surest()) continue;
+    if (hops >= graph_.size()) break;
+    hops = std::min(4 * hops, graph_.size());
+  }
+}
+
+/// Loops whose ends are near each other on the trajectory say the same and have one number; of
+/// every edge, −1 where it is not open.
+template <LieGroup G>
+std::vector<int> LoopGrowth<G>::regions() const {
+  constexpr int kNear = 32;
+  const auto ends = [&](int k) {
+    const PoseEdge<G>& e = graph_.edges[at(k)];
+    return std::minmax(e.from, e.to);
+  };
+  Components parts(static_cast<int>(state_.size()));
+  for (const int a : open_)
+    for (const int b : open_)
+      if (std::abs(ends(a).first - ends(b).first) <= kNear &&
+          std::abs(ends(a).second - ends(b).second) <= kNear)
+        parts.join(a, b);
+  std::vector<int> region(state_.size(), -1);
+  for (const int k : open_) region[at(k)] = parts.root(k);
+  return region;
+}
+
+/// The logarithm of the chance that `first` and what is accepted after it in other regions agree,
+/// corrected for the number of loops.
+template <LieGroup G>
+double LoopGrowth<G>::support(const Candidate& first, const std::vector<int>& region) const {
+  const double loops = std::max(1.0, static_cast<double>(unaccepted_));
+  LoopGrowth trial(*this);
+  trial.take(first);
+  trial.run();
+  std::map<int, double> chances;  // the least of each region
+  for (const int k : open_) {
+    if (!trial.accepted(at(k))) continue;
+    double& least = chances.try_emplace(region[at(k)], 1.0).first->second;
+    least = std::min(least, trial.chances_[at(k)]);
+  }
+  chances[region[at(first.edge)]] = first.chance;
+  double sum = 0.0;
+  for (const auto& [name, chance] : chances) sum += std::log(std::max(chance, 1e-12) * loops);
+  return sum;
+}
+
+/// The surest candidates, one of each region.
+template <LieGroup G>
+auto LoopGrowth<G>::surest_by_region(const std::vector<int>& region) -> std::vector<Candidate> {
+  constexpr std::size_t kMost = 32;
+  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+    return a.chance < b.chance || (a.chance == b.chance && a.edge < b.edge);
+  });
+  std::vector<Candidate> first;
+  for (const Candidate& c : candidates_) {
+    const auto same = [&](const Candidate& f) { return region[at(f.edge)] == region[at(c.edge)]; };
+    if (first.size() < kMost && std::none_of(first.begin(), first.end(), same)) first.push_back(c);
+  }
+  return first;
+}
+
+template <LieGroup G>
+bool LoopGrowth<G>::accept_together() {
+  if (open_.empty()) return false;
+  look(graph_.size(), true);
+  drop_decided();
+  const std::vector<int> region = regions();
+  double least = std::log(std::min(options_.max_false, 1.0));
+  Candidate best{-1, 1.0};
+  for (const Candidate& c : surest_by_region(region)) {
+    const double sum = support(c, region);
+    if (sum < least) least = sum, best = c;
+  }
+  if (best.edge < 0) return false;
+  take(best);
+  run();
+  return true;
+}
+
+template Result<void> check_chain(const PoseGraph<SE2d>&);
+template Result<void> check_chain(const PoseGraph<SE3d>&);
+template class LoopGrowth<SE2d>;
+template class LoopGrowth<SE3d>;
+
+}  // namespace wayfare::detail
