@@ -29,7 +29,9 @@ namespace wayfare::eval {
 struct TrackComparisonOptions {
   bool rigid = false;     ///< align the first with the second by a rigid motion
   double offset_s = 0.0;  ///< added to the times of the first
-  double search_s = 0.0;  ///< the offset is searched within ± this around `offset_s`; 0: not
+  /// The offset is searched within ± this around `offset_s`; 0: not. Searched is the least distance
+  /// after rigid alignment, or without the mean difference.
+  double search_s = 0.0;
   /// No interpolation of the second in gaps longer than this; 0: three times its usual interval, at
   /// least 1.5 s.
   double max_gap_s = 0.0;
@@ -81,13 +83,23 @@ struct TrackPairs {
   return pairs;
 }
 
-/// Mean square of the distances with an offset; infinite with fewer than `least` pairs.
+[[nodiscard]] inline Eigen::Vector3d mean_step(std::span<const Eigen::Vector3d> from,
+                                               std::span<const Eigen::Vector3d> to) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i) sum += to[i] - from[i];
+  return sum / static_cast<double>(from.size());
+}
+
+/// Mean square of the distances with an offset, after rigid alignment or with the mean difference
+/// removed: a constant difference, as of heights, would move the best offset along with any slope.
+/// Infinite with fewer than `least` pairs.
 [[nodiscard]] inline double mean_square(std::span<const TrackPoint> a, const TrackCurve& b,
                                         double offset_s, bool rigid, std::size_t least) {
   const TrackPairs pairs = track_pairs(a, b, offset_s);
   if (pairs.from.size() < std::max<std::size_t>(least, 2))
     return std::numeric_limits<double>::infinity();
-  const SE3d T = rigid ? rigid_alignment(pairs.from, pairs.to) : SE3d();
+  const SE3d T =
+      rigid ? rigid_alignment(pairs.from, pairs.to) : SE3d(mean_step(pairs.from, pairs.to), SO3d());
   double sum = 0.0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i)
     sum += (T * pairs.from[i] - pairs.to[i]).squaredNorm();
