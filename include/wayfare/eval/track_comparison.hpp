@@ -39,8 +39,10 @@ struct TrackComparisonOptions {
 
 /// The first track less the second at a time of the first.
 struct TrackDifference {
-  LogTime time;                                      ///< on the clock of the second
-  Eigen::Vector3d position_m, reference_m, error_m;  ///< aligned; interpolated; along, left, up
+  LogTime time;                 ///< on the clock of the second
+  Eigen::Vector3d position_m;   ///< of the first, aligned
+  Eigen::Vector3d reference_m;  ///< of the second, interpolated
+  Eigen::Vector3d error_m;      ///< along, left, up
 };
 
 /// Two tracks compared.
@@ -49,7 +51,8 @@ struct TrackComparison {
   SE3d alignment;                            ///< from the axes of the first to those of the second
   std::vector<TrackDifference> differences;  ///< in order of time
   double path_m = 0.0;                       ///< of the second, at the times compared
-  std::vector<double> tried_s, tried_rms_m;  ///< offsets of the search and distances with them
+  std::vector<double> tried_s;               ///< offsets of the search
+  std::vector<double> tried_rms_m;           ///< distances with them, without their mean or aligned
   /// Growth of the mean square of the distances with the square of the offset, (m/s)², from its
   /// value 50 ms to either side of the best; NaN without a search.
   double sharpness_mps2 = std::numeric_limits<double>::quiet_NaN();
