@@ -86,6 +86,15 @@ TEST(TrackComparison, TheTimeOffsetIsFoundToAMillisecond) {
   }
 }
 
+TEST(TrackComparison, AConstantDifferenceDoesNotMoveTheOffset) {
+  Track a = track(10, 110, 0.1, 0.317);
+  for (TrackPoint& p : a) p.position_m += Eigen::Vector3d(15.0, -8.0, 21.4);
+  const auto c = compare_tracks(a, track(0, 120, 0.25), {false, 0.0, 3.0});
+  ASSERT_TRUE(c);
+  EXPECT_NEAR(c->offset_s, 0.317, 1e-3);
+  EXPECT_NEAR(summarise(c->errors(2)).mean, 21.4, 0.01);
+}
+
 TEST(TrackComparison, NoiseMovesTheOffsetByItsStandardDeviation) {
   Rng rng(5);
   Track a = track(10, 110, 0.1, 0.5);

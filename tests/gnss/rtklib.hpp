@@ -51,6 +51,25 @@ struct raw_t {
   std::uint8_t rest[1 << 21];
 };
 
+/// A solution, Earth-fixed: position and velocity; variances xx, yy, zz, xy, yz, zx.
+struct sol_t {
+  gtime_t time;
+  double rr[6];
+  float qr[6], qv[6];
+  double dtr[6];
+  std::uint8_t type, stat, ns;
+  float age, ratio, thres;
+};
+
+struct solbuf_t {
+  int n, nmax, cyclic, start, end;
+  gtime_t time;
+  sol_t* data;
+  double rb[3];
+  std::uint8_t rest[1 << 16];
+};
+
+int readsol(char* files[], int nfile, solbuf_t* sol);
 int init_raw(raw_t* raw, int format);
 void free_raw(raw_t* raw);
 int input_ubx(raw_t* raw, std::uint8_t data);

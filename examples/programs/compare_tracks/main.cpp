@@ -149,8 +149,10 @@ int main(int argc, char** argv) {
       .one_of({"none", "rigid"})
       .show_default();
   app.add_option("--offset", a.options.offset_s, "seconds added to the times of A").show_default();
-  app.add_number("--search-offset", a.options.search_s, 0.0, 1e5,
-                 "search the offset that fits best within ± these seconds around --offset");
+  app.add_number(
+      "--search-offset", a.options.search_s, 0.0, 1e5,
+      "search the offset that fits best within ± these seconds around --offset, whatever "
+      "the constant difference");
   app.add_number("--max-gap", a.options.max_gap_s, 0.0, 1e6,
                  "B is not interpolated in longer gaps, s; 0: three times its usual interval, at "
                  "least 1.5 s");

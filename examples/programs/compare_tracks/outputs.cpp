@@ -62,7 +62,7 @@ io::Plot plan_plot(const TracksCompared& run) {
 io::Plot search_plot(const TracksCompared& run) {
   return {"Search of the time offset",
           "offset [s]",
-          "RMS distance [m]",
+          "RMS distance without its mean, or aligned [m]",
           {{"distance", run.comparison.tried_s, run.comparison.tried_rms_m}}};
 }
 

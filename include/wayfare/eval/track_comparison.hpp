@@ -29,7 +29,9 @@ namespace wayfare::eval {
 struct TrackComparisonOptions {
   bool rigid = false;     ///< align the first with the second by a rigid motion
   double offset_s = 0.0;  ///< added to the times of the first
-  double search_s = 0.0;  ///< the offset is searched within ± this around `offset_s`; 0: not
+  /// The offset is searched within ± this around `offset_s`; 0: not. Searched is the least distance
+  /// after rigid alignment, or without the mean difference.
+  double search_s = 0.0;
   /// No interpolation of the second in gaps longer than this; 0: three times its usual interval, at
   /// least 1.5 s.
   double max_gap_s = 0.0;
@@ -37,8 +39,10 @@ struct TrackComparisonOptions {
 
 /// The first track less the second at a time of the first.
 struct TrackDifference {
-  LogTime time;                                      ///< on the clock of the second
-  Eigen::Vector3d position_m, reference_m, error_m;  ///< aligned; interpolated; along, left, up
+  LogTime time;                 ///< on the clock of the second
+  Eigen::Vector3d position_m;   ///< of the first, aligned
+  Eigen::Vector3d reference_m;  ///< of the second, interpolated
+  Eigen::Vector3d error_m;      ///< along, left, up
 };
 
 /// Two tracks compared.
@@ -47,7 +51,8 @@ struct TrackComparison {
   SE3d alignment;                            ///< from the axes of the first to those of the second
   std::vector<TrackDifference> differences;  ///< in order of time
   double path_m = 0.0;                       ///< of the second, at the times compared
-  std::vector<double> tried_s, tried_rms_m;  ///< offsets of the search and distances with them
+  std::vector<double> tried_s;               ///< offsets of the search
+  std::vector<double> tried_rms_m;           ///< distances with them, without their mean or aligned
   /// Growth of the mean square of the distances with the square of the offset, (m/s)², from its
   /// value 50 ms to either side of the best; NaN without a search.
   double sharpness_mps2 = std::numeric_limits<double>::quiet_NaN();
@@ -81,13 +86,23 @@ struct TrackPairs {
   return pairs;
 }
 
-/// Mean square of the distances with an offset; infinite with fewer than `least` pairs.
+[[nodiscard]] inline Eigen::Vector3d mean_step(std::span<const Eigen::Vector3d> from,
+                                               std::span<const Eigen::Vector3d> to) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i) sum += to[i] - from[i];
+  return sum / static_cast<double>(from.size());
+}
+
+/// Mean square of the distances with an offset, after rigid alignment or with the mean difference
+/// removed: a constant difference, as of heights, would move the best offset along with any slope.
+/// Infinite with fewer than `least` pairs.
 [[nodiscard]] inline double mean_square(std::span<const TrackPoint> a, const TrackCurve& b,
                                         double offset_s, bool rigid, std::size_t least) {
   const TrackPairs pairs = track_pairs(a, b, offset_s);
   if (pairs.from.size() < std::max<std::size_t>(least, 2))
     return std::numeric_limits<double>::infinity();
-  const SE3d T = rigid ? rigid_alignment(pairs.from, pairs.to) : SE3d();
+  const SE3d T =
+      rigid ? rigid_alignment(pairs.from, pairs.to) : SE3d(mean_step(pairs.from, pairs.to), SO3d());
   double sum = 0.0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i)
     sum += (T * pairs.from[i] - pairs.to[i]).squaredNorm();

@@ -38,12 +38,12 @@ struct LineEnd {
 /// Columns gx gy gz and ax ay az; a file with only three of them is one part of a unit with
 /// separate logs per sensor.
 struct ImuFile {
-  std::vector<ImuSample> samples;  ///< in the order of the file
-  std::vector<LineEnd> ends;       ///< of the samples' lines
-  bool has_gyro = false;           ///< columns gx gy gz
-  bool has_accelerometer = false;  ///< columns ax ay az
-  Problems problems;               ///< lines skipped
-  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
+  std::vector<ImuSample> samples;       ///< in the order of the file
+  std::vector<LineEnd> ends;            ///< of the samples' lines
+  bool has_gyro = false;                ///< columns gx gy gz
+  bool has_accelerometer = false;       ///< columns ax ay az
+  Problems problems;                    ///< lines skipped
+  std::vector<ColumnUse> columns = {};  ///< as understood; none of a file without columns
 };
 
 /// Errors of these readers: the file cannot be read, a column is missing or has an unknown unit, or
@@ -63,9 +63,9 @@ struct ImuFile {
 /// range and rate, range_sigma, rate_sigma, cn0; "nan": not measured. Successive lines of one time
 /// are one epoch. Without sigma columns CorrectedRange's defaults apply.
 struct RangesFile {
-  std::vector<RangeEpoch> epochs;  ///< in the order of the file
-  Problems problems;               ///< lines skipped
-  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
+  std::vector<RangeEpoch> epochs;       ///< in the order of the file
+  Problems problems;                    ///< lines skipped
+  std::vector<ColumnUse> columns = {};  ///< as understood; none of a file without columns
 };
 
 /// Errors as of read_imu.
@@ -80,10 +80,10 @@ struct RangesFile {
 /// instead of sn se sd; speed and course instead of vn ve; q (quality, RTKLIB's numbers). Or
 /// Earth-fixed: ecef_x ecef_y ecef_z; ecef_sx …, ecef_sxy ecef_syz ecef_szx; ecef_vx ….
 struct FixFile {
-  std::vector<GnssFix> fixes;      ///< in the order of the file
-  std::vector<int> qualities;      ///< of each fix; 0: not given
-  Problems problems;               ///< lines skipped
-  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
+  std::vector<GnssFix> fixes;           ///< in the order of the file
+  std::vector<int> qualities;           ///< of each fix; 0: not given
+  Problems problems;                    ///< lines skipped
+  std::vector<ColumnUse> columns = {};  ///< as understood; none of a file without columns
 };
 
 /// Also reads, recognised by their content where no columns are named: RTKLIB's .pos files
@@ -99,11 +99,11 @@ struct FixFile {
 /// Columns lat lon h; vn ve and vd or vu; roll pitch yaw. Or Earth-fixed: ecef_x …,
 /// ecef_vx ….
 struct NavFile {
-  NavTrajectory trajectory;        ///< in the order of the file; missing quantities are zero
-  bool has_velocity = false;       ///< columns vn ve
-  bool has_attitude = false;       ///< columns roll pitch yaw
-  Problems problems;               ///< lines skipped
-  std::vector<ColumnUse> columns;  ///< as understood; none of a file without columns
+  NavTrajectory trajectory;             ///< in the order of the file; missing quantities are zero
+  bool has_velocity = false;            ///< columns vn ve
+  bool has_attitude = false;            ///< columns roll pitch yaw
+  Problems problems;                    ///< lines skipped
+  std::vector<ColumnUse> columns = {};  ///< as understood; none of a file without columns
 };
 
 /// Also reads the other files that read_fixes does.
