@@ -47,6 +47,21 @@ TEST(TrackComparison, TheReferenceIsInterpolatedSmoothly) {
   for (const TrackDifference& d : c->differences) EXPECT_LT(d.error_m.norm(), 0.03);
 }
 
+TEST(TrackComparison, ParabolasAreInterpolatedExactly) {
+  Track curve;
+  for (const double t : {0.0, 1.0, 1.5, 3.0, 4.0})
+    curve.push_back({LogTime::from_seconds(t), {t * t, 1.0 - 2.0 * t, 0.5 * t * t}});
+  const TrackCurve at(curve, std::chrono::seconds(10));
+  for (int i = 0; i <= 40; ++i) {
+    const double t = 0.1 * i;
+    const auto p = at.at(LogTime::from_seconds(t));
+    ASSERT_TRUE(p) << t;
+    EXPECT_LT((*p - Eigen::Vector3d(t * t, 1.0 - 2.0 * t, 0.5 * t * t)).norm(), 1e-9) << t;
+  }
+  EXPECT_FALSE(at.at(LogTime::from_seconds(4.1)));
+  EXPECT_FALSE(at.at(LogTime::from_seconds(-0.1)));
+}
+
 TEST(TrackComparison, ErrorsAreAlongLeftAndUp) {
   Track a = track(0, 60, 0.1), b = a;
   for (std::size_t i = 0; i < a.size(); ++i) {

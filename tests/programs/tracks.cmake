@@ -90,7 +90,7 @@ program_test(spp_tracks zero "answered +5"
   FILES "${_out}/spp_tracks/track.gpx;${_out}/spp_tracks/track_ecef.pos")
 
 # Streams of receivers.
-program_test(decode_nmea zero "2 sentences: 1 GPGGA, 1 GPRMC.*1,GPGGA,,12:35:19[.]000,1,8,0[.]9,48[.]1173"
+program_test(decode_nmea zero "1,GPGGA,,12:35:19[.]000,1,8,0[.]9,48[.]117.*2,GPRMC,1994-11-19,22:54:46.*2 sentences: 1 GPGGA, 1 GPRMC"
   COMMAND "$<TARGET_FILE:decode>;nmea;${_in}/two_sentences.nmea;--csv")
 set(_ubx "${WAYFARE_DATA_DIR}/gnss/walk_0827/gnss_1730.ubx.gz")
 if(EXISTS "${_ubx}")

@@ -72,10 +72,10 @@ Facts facts_of(const TracksCompared& run, const TrackFile& a, const TrackFile& b
 Doubt doubt_of(const TracksCompared& run, double search_s) {
   const eval::TrackComparison& c = run.comparison;
   constexpr double kLargestTilt_deg = 30.0, kLeastSharpness_mps2 = 0.01;
-  if (search_s > 0.0 && c.at_limit)
-    return {"the best time offset is at the end of the search; --search-offset sets its range"};
   if (search_s > 0.0 && c.sharpness_mps2 < kLeastSharpness_mps2)
     return {"the tracks do not determine the time offset: they hardly move"};
+  if (search_s > 0.0 && c.at_limit)
+    return {"the best time offset is at the end of the search; --search-offset sets its range"};
   if (run.aligned && run.has_height && tilt_deg(c.alignment) > kLargestTilt_deg)
     return {"the alignment tilts the first track by " + eval::fixed(tilt_deg(c.alignment), 0) +
             " deg: an axis or its sign may be wrong"};

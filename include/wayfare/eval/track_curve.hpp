@@ -116,11 +116,19 @@ class TrackCurve {
   [[nodiscard]] Eigen::Vector3d slope(std::size_t i) const {
     const bool before = i > 0 && !gap_after(i - 1), after = !gap_after(i);
     if (!before && !after) return Eigen::Vector3d::Zero();
-    if (!before) return step(i);
-    if (!after) return step(i - 1);
-    const double h0 = to_seconds((*track_)[i].time - (*track_)[i - 1].time);
-    const double h1 = to_seconds((*track_)[i + 1].time - (*track_)[i].time);
+    if (!before) return gap_after(i + 1) ? step(i) : slope_at_end(i, i + 1);
+    if (!after) return i < 2 || gap_after(i - 2) ? step(i - 1) : slope_at_end(i - 1, i - 2);
+    const double h0 = interval(i - 1), h1 = interval(i);
     return (h1 * step(i - 1) + h0 * step(i)) / (h0 + h1);
+  }
+  /// Of the parabola through the points of the interval `near` at the end, and the one `next` to
+  /// it.
+  [[nodiscard]] Eigen::Vector3d slope_at_end(std::size_t near, std::size_t next) const {
+    const double h0 = interval(near), h1 = interval(next);
+    return step(near) - h0 / (h0 + h1) * (step(next) - step(near));
+  }
+  [[nodiscard]] double interval(std::size_t i) const {
+    return to_seconds((*track_)[i + 1].time - (*track_)[i].time);
   }
 
   const Track* track_;
