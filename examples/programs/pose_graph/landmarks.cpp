@@ -15,6 +15,7 @@ bool is_robust(const Arguments& a) {
 }
 
 Result<void> check_options(const Arguments& a) {
+  if (a.cycles) return bad_use("--robust cycles is for graphs of poses alone");
   if (a.incremental && (a.gnc || a.solver != SolverChoice::block))
     return bad_use("--incremental needs a kernel or none, and the block solver");
   if (is_robust(a) && !a.marginals.empty())

@@ -21,7 +21,7 @@ using namespace wayfare::examples;
 /// Adds edge by edge and solves the graph after each.
 template <LieGroup G>
 Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
-  if (a.gnc || a.solver != SolverChoice::block)
+  if (a.rejects() || a.solver != SolverChoice::block)
     return bad_use("--incremental needs a kernel or none, and the block solver");
   for (const int pose : graph.fixed) {
     if (pose == 0) continue;
@@ -63,6 +63,7 @@ Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& i
   initial = graph.poses;
   done = timed(outcome.total_s, [&]() -> Result<void> {
     if (a.incremental) return replay(graph, a, outcome);
+    if (a.cycles) return reject_false_loops(graph, a, outcome);
     return a.gnc ? reject_outliers(graph, a, outcome) : optimise_by(graph, a, outcome);
   });
   if (!done) return done.error();

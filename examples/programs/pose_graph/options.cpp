@@ -25,10 +25,11 @@ const std::map<std::string, MaybeStart> kStarts{{"file", StartMethod::given},
                                                 {"odometry", StartMethod::odometry},
                                                 {"tree", StartMethod::tree},
                                                 {"chordal", StartMethod::chordal}};
-/// A kernel, or a loss of graduated non-convexity.
+/// A kernel, a loss of graduated non-convexity, or the consistency of cycles.
 struct Robust {
   RobustKernelKind kernel = RobustKernelKind::none;
   std::optional<GncLoss> gnc = {};
+  bool cycles = false;
 };
 const std::map<std::string, Robust> kRobust{
     {"none", {}},
@@ -37,7 +38,8 @@ const std::map<std::string, Robust> kRobust{
     {"gm", {RobustKernelKind::geman_mcclure}},
     {"dcs", {RobustKernelKind::dynamic_covariance_scaling}},
     {"gnc", {RobustKernelKind::none, GncLoss::truncated_least_squares}},
-    {"gnc-gm", {RobustKernelKind::none, GncLoss::geman_mcclure}}};
+    {"gnc-gm", {RobustKernelKind::none, GncLoss::geman_mcclure}},
+    {"cycles", {RobustKernelKind::none, {}, true}}};
 
 void add_file_options(CommandLine& app, Arguments& a) {
   app.add_option("file", a.input,
@@ -57,7 +59,7 @@ void add_file_options(CommandLine& app, Arguments& a) {
          "CSV of every pose's covariance in its own frame, and every landmark's; fixed ones "
          "are exact")
       .shown_as("FILE");
-  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc rejects")
+  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc or cycles rejects")
       .shown_as("FILE");
   app.add_choice("--indefinite", a.file.indefinite, kIndefinite,
                  "information matrices that are not positive semi-definite: refuse the file "
@@ -81,12 +83,15 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
       "against outliers among edges to landmarks and between vertices that are not neighbours in "
       "the file: "
       "a kernel, or gnc (graduated non-convexity with truncated least squares; gnc-gm: "
-      "with Geman-McClure), which identifies them (default none)");
+      "with Geman-McClure), which identifies them, or cycles (of poses alone; accepts loops by the "
+      "cycles that they close, against groups of false loops that agree with each other; exit code "
+      "3 if some remain undecided) (default none)");
   app.add_flag("--robust-all", a.robust_odometry, "edges between neighbours may be outliers too");
   app.add_positive("--robust-scale", a.options.kernel.scale,
                    "scale of the kernel in standard deviations");
   app.add_number("--inliers", a.inlier_probability, 0.5, 1.0 - 1e-12,
-                 "share of inliers gnc is to keep if the information matrices are consistent");
+                 "share of inliers gnc and cycles are to keep if the information matrices are "
+                 "consistent");
   app.add_flag(
       "--incremental", a.incremental,
       "add the graph edge by edge, with landmarks vertex by vertex, and solve after each; each "
@@ -120,6 +125,7 @@ std::optional<int> parse(int argc, char** argv, Arguments& a) {
   if (const auto code = app.parse(argc, argv)) return code;
   a.options.kernel.kind = robust.kernel;
   a.gnc = robust.gnc;
+  a.cycles = robust.cycles;
   a.start_from_trusted = a.gnc && !start;
   a.start = start.value_or(StartMethod::given);
   return {};

@@ -22,11 +22,15 @@ struct Arguments : OutputArguments {
   bool start_from_trusted = false;  ///< GNC's own initialisation, without --init
   SolverChoice solver = SolverChoice::block;
   std::optional<GncLoss> gnc;  ///< for graduated non-convexity
+  bool cycles = false;         ///< loops accepted by the cycles they close
   bool robust_odometry = false;
   bool incremental = false;
   bool grow = false;
   double inlier_probability = GncOptions{}.inlier_probability;
   OptimiseOptions options;
+
+  /// Whether edges are rejected.
+  [[nodiscard]] bool rejects() const { return gnc || cycles; }
 };
 
 /// The exit code if the program is to end.

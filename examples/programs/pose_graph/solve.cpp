@@ -11,8 +11,10 @@ namespace wayfare::examples {
 void print(const Outcome& outcome, const Arguments& a) {
   const OptimiseReport& r = outcome.report;
   if (a.start != StartMethod::given) std::printf("start      %.1f ms\n", 1e3 * outcome.start_s);
-  if (a.gnc) {
+  if (a.rejects()) {
     std::printf("rounds     %d\nrejected   %zu edges\n", outcome.rounds, outcome.rejected.size());
+    if (!outcome.undecided.empty())
+      std::printf("undecided  %zu of these\n", outcome.undecided.size());
     std::printf("without rejected edges:\n");
   }
   std::printf("before     %.8g\n", r.initial_chi2);
@@ -25,7 +27,7 @@ void print(const Outcome& outcome, const Arguments& a) {
               r.fell_back ? ", fell back to Levenberg-Marquardt" : "");
   const PhaseTimes& t = r.times;
   std::printf("time       %.1f ms", 1e3 * outcome.total_s);
-  if (!a.gnc && !a.incremental) {
+  if (!a.rejects() && !a.incremental) {
     std::printf(" (check %.1f, analyse %.1f, linearise %.1f, factorise %.1f, solve %.1f)",
                 1e3 * t.validate_s, 1e3 * t.analyse_s, 1e3 * t.linearise_s, 1e3 * t.factorise_s,
                 1e3 * t.solve_s);
@@ -48,8 +50,12 @@ Result<Doubt> finish(std::size_t vertices, std::size_t edges, const Outcome& out
                  {"rounds", std::to_string(outcome.rounds)},
                  {"rejected", std::to_string(outcome.rejected.size())},
                  {"time", number(1e3 * outcome.total_s) + " ms"}});
+  if (a.cycles) numbers.facts({{"undecided", std::to_string(outcome.undecided.size())}});
   if (auto done = a.write_json(numbers); !done) return done.error();
   const bool ended = r.reason == StopReason::max_iterations && !a.incremental;
+  if (!outcome.undecided.empty())
+    return Doubt{std::to_string(outcome.undecided.size()) +
+                 " rejected loops agree with the others too vaguely to tell whether they are true"};
   return Doubt{ended ? "the optimisation ended after --max-iterations" : ""};
 }
 

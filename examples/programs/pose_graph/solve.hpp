@@ -8,6 +8,7 @@
 #endif
 #include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/gnc.hpp>
+#include <wayfare/graph/loop_consistency.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/g2o.hpp>
 
@@ -18,10 +19,11 @@ namespace wayfare::examples {
 struct Outcome {
   OptimiseReport report;
   double start_s = 0.0;
-  double total_s = 0.0;       ///< of the optimisation
-  int rounds = 0;             ///< of graduated non-convexity
-  std::vector<int> rejected;  ///< outlier edges
-  const char* steps = "";     ///< of --incremental
+  double total_s = 0.0;        ///< of the optimisation
+  int rounds = 0;              ///< of graduated non-convexity
+  std::vector<int> rejected;   ///< outlier edges
+  std::vector<int> undecided;  ///< some of them
+  const char* steps = "";      ///< of --incremental
 };
 
 void print(const Outcome& outcome, const Arguments& a);
@@ -66,6 +68,21 @@ Result<void> reject_outliers(Graph& graph, const Arguments& a, Outcome& outcome)
   if (!report) return report.error();
   outcome.report = std::move(report->optimisation);
   outcome.rejected = std::move(report->rejected);
+  outcome.rounds = report->rounds;
+  return {};
+}
+
+template <LieGroup G>
+Result<void> reject_false_loops(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
+  if (a.solver != SolverChoice::block) return bad_use("--robust cycles uses the block solver only");
+  LoopConsistencyOptions options;
+  options.inlier_probability = a.inlier_probability;
+  options.optimise = a.options;
+  auto report = optimise_consistent_loops(graph, options);
+  if (!report) return report.error();
+  outcome.report = std::move(report->optimisation);
+  outcome.rejected = std::move(report->rejected);
+  outcome.undecided = std::move(report->undecided);
   outcome.rounds = report->rounds;
   return {};
 }

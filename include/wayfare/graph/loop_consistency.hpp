@@ -51,9 +51,9 @@ struct LoopConsistencyReport {
 /// loops thus do not support each other until one of them agrees with the rest. Rejected loops that
 /// agree with the optimum are taken back (eᵀΩe below its quantile).
 ///
-/// Errors, with the poses unchanged: those of GraphOptimiser, and poses k and k + 1 that no trusted
-/// edge joins. Compiled in wayfare::graph for SE2d and SE3d. Single-threaded but for the solves;
-/// the result does not depend on the number of threads.
+/// Errors, with the poses unchanged: those of GraphOptimiser, options out of range, poses k and k +
+/// 1 that no trusted edge joins. Compiled in wayfare::graph for SE2d and SE3d. Single-threaded but
+/// for the solves; the result does not depend on the number of threads.
 template <LieGroup G>
 Result<LoopConsistencyReport> optimise_consistent_loops(PoseGraph<G>& graph,
                                                         const LoopConsistencyOptions& options = {});

@@ -1,5 +1,6 @@
 #include <wayfare/graph/loop_consistency.hpp>
 
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -164,10 +165,21 @@ Result<void> Settlement<G>::run() {
   return done;
 }
 
+Result<void> check_options(const LoopConsistencyOptions& o) {
+  const auto invalid = [](const char* what) { return Error{ErrorCode::invalid, what}; };
+  if (!(o.inlier_probability > 0.0 && o.inlier_probability < 1.0))
+    return invalid("inlier_probability is not between 0 and 1");
+  if (!(o.max_false >= 0.0)) return invalid("max_false is not a number from 0");
+  if (!(o.noise_scale >= 0.0 && std::isfinite(o.noise_scale)))
+    return invalid("noise_scale is not a finite number from 0");
+  return {};
+}
+
 template <LieGroup G>
 Result<void> run(PoseGraph<G>& graph, const LoopConsistencyOptions& options,
                  LoopConsistencyReport& report) {
-  auto done = validate(graph);
+  auto done = check_options(options);
+  if (done) done = validate(graph);
   if (done) done = detail::check_chain(graph);
   if (!done) return done;
   Settlement<G> settlement(graph, options, report);
