@@ -19,6 +19,7 @@ namespace wayfare {
 
 namespace {
 
+using nav::CoarseStarter;
 using nav::EventLog;
 using nav::InsEngine;
 using nav::Starter;
@@ -76,7 +77,8 @@ ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
 /// Recent measurements in order of time, and snapshots of the engine for replay.
 class GnssIns::Filter {
  public:
-  explicit Filter(const GnssInsOptions& options) : options_(options), starter_(options) {}
+  explicit Filter(const GnssInsOptions& options)
+      : options_(options), starter_(options), coarse_(options) {}
 
   void start(const GnssInsStart& start) {
     if (!plausible(start))
@@ -88,6 +90,11 @@ class GnssIns::Filter {
     given_start_ = start;
   }
   [[nodiscard]] bool started() const { return engine_.has_value(); }
+  [[nodiscard]] std::string missing() const {
+    if (engine_) return {};
+    if (given_start_) return "there are no inertial readings at or after the given start's time";
+    return starter_.missing();
+  }
 
   Result<void> add(ImuSample s) {
     s.time += from_seconds(options_.imu_time_offset_s);
@@ -122,11 +129,11 @@ class GnssIns::Filter {
     }
     if (!engine_) try_given_start(s);
     last_imu_ = s;
-    if (engine_) {
-      insert(s);
-    } else {
+    if (seeks_start()) {
       starter_.add(s);
+      if (starts_coarsely()) coarse_.add(s);
     }
+    if (engine_) insert(s);
     return {};
   }
 
@@ -139,7 +146,7 @@ class GnssIns::Filter {
       if (given_start_) return refused(ErrorCode::not_found, m.time, "before the given start");
       if (twice) return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
       seen.assign(1, m.time);
-      auto start = starter_.add(m);
+      const auto start = find_start(m);
       if (start && last_imu_) begin(*start, *last_imu_);
       return {};
     }
@@ -150,6 +157,8 @@ class GnssIns::Filter {
       return refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
     std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
     seen.push_back(m.time);
+    if (heading_unknown_ && m.time >= engine_->time() - from_seconds(1.0))
+      if (const auto start = find_start(m)) return align(*start), Result<void>{};
     insert(m);
     return {};
   }
@@ -170,8 +179,35 @@ class GnssIns::Filter {
     InsEngine engine;
   };
 
+  /// Not started, or without heading.
+  [[nodiscard]] bool seeks_start() const { return !engine_ || heading_unknown_; }
+  [[nodiscard]] bool starts_coarsely() const {
+    return options_.start_without_velocity || heading_unknown_;
+  }
+
+  template <class Gnss>
+  std::optional<GnssInsStart> find_start(const Gnss& m) {
+    const auto position = Starter::position_of(m);
+    auto start = starter_.add(m, position);
+    if (start || !position || !starts_coarsely()) return start;
+    return coarse_.add(*position, !engine_);
+  }
+
+  /// The first motion gives the heading: starts again, with the gyro biases found at rest.
+  void align(GnssInsStart start) {
+    const GnssInsEstimate e = engine_->estimate();
+    if (start.gyro_bias_sigma_radps == 0.0) {
+      start.gyro_bias_radps = e.gyro_bias_radps;
+      start.gyro_bias_sigma_radps =
+          std::sqrt(e.covariance.diagonal().segment<3>(ins_state::kGyroBias).maxCoeff());
+    }
+    begin(start, *last_imu_);
+    events_.note(start.nav.time, "the heading is known from motion");
+  }
+
   void clear() {
     engine_.reset();
+    heading_unknown_ = false;
     log_.clear();
     snapshots_.clear();
     done_ = 0;
@@ -180,13 +216,17 @@ class GnssIns::Filter {
   void forget() {
     clear();
     starter_ = Starter(options_);
+    coarse_ = CoarseStarter(options_);
   }
 
   void begin(const GnssInsStart& start, const ImuSample& first) {
     clear();
     engine_.emplace(options_, start, first);
+    heading_unknown_ = start.heading_sigma_rad > nav::kUnknownHeading_rad;
     snapshots_.push_back({0, *engine_});
-    events_.note(start.nav.time, "inertial navigation started");
+    events_.note(start.nav.time, heading_unknown_
+                                     ? "inertial navigation started, the heading is unknown"
+                                     : "inertial navigation started");
     given_start_.reset();
   }
 
@@ -291,6 +331,8 @@ class GnssIns::Filter {
 
   GnssInsOptions options_;
   Starter starter_;
+  CoarseStarter coarse_;
+  bool heading_unknown_ = false;  ///< of the engine
   std::optional<GnssInsStart> given_start_;
   std::optional<InsEngine> engine_;
   std::optional<ImuSample> last_imu_;
@@ -311,6 +353,7 @@ bool GnssIns::started() const { return filter_->started(); }
 Result<void> GnssIns::add(const ImuSample& sample) { return filter_->add(sample); }
 Result<void> GnssIns::add(const RangeEpoch& epoch) { return filter_->add(epoch); }
 Result<void> GnssIns::add(const GnssFix& fix) { return filter_->add(fix); }
+std::string GnssIns::missing() const { return filter_->missing(); }
 GnssInsEstimate GnssIns::estimate() const { return filter_->engine().estimate(); }
 GnssInsPoint GnssIns::point() const { return filter_->engine().point(); }
 std::vector<InnovationRecord> GnssIns::take_innovations() {

@@ -44,13 +44,8 @@ struct Replay {
   }
 };
 
-}  // namespace
-
-Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const GnssInsOptions& options,
-                                   const GnssInsProgress& progress, std::stop_token stop) {
-  if (recording.imu.empty()) return Error{ErrorCode::invalid, "there are no inertial readings"};
-  if (recording.ranges.empty() && recording.fixes.empty() && !recording.start)
-    return Error{ErrorCode::invalid, "there are neither ranges nor fixes nor a start"};
+Result<GnssInsResult> run_once(const GnssInsRecording& recording, const GnssInsOptions& options,
+                               const GnssInsProgress& progress, const std::stop_token& stop) {
   Replay replay{recording, GnssIns(options), from_seconds(options.imu_time_offset_s)};
   if (recording.start) replay.filter.start(*recording.start);
   const std::size_t n = recording.imu.size();
@@ -64,10 +59,24 @@ Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const Gnss
   GnssInsResult result = replay.finish();
   if (progress) progress(1.0);
   if (result.points.empty())
-    return Error{
-        ErrorCode::degenerate,
-        "inertial navigation never started: it needs a position, and a velocity for the heading"};
+    return Error{ErrorCode::degenerate,
+                 "inertial navigation never started: " + replay.filter.missing()};
   return result;
+}
+
+}  // namespace
+
+Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const GnssInsOptions& options,
+                                   const GnssInsProgress& progress, std::stop_token stop) {
+  if (recording.imu.empty()) return Error{ErrorCode::invalid, "there are no inertial readings"};
+  if (recording.ranges.empty() && recording.fixes.empty() && !recording.start)
+    return Error{ErrorCode::invalid, "there are neither ranges nor fixes nor a start"};
+  auto result = run_once(recording, options, progress, stop);
+  if (result || result.error().code != ErrorCode::degenerate || options.start_without_velocity)
+    return result;
+  GnssInsOptions coarse = options;
+  coarse.start_without_velocity = true;
+  return run_once(recording, coarse, progress, stop);
 }
 
 }  // namespace wayfare
