@@ -3,10 +3,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <wayfare/nav/outage.hpp>
 
 #include "support/command_line.hpp"
+#include "support/nav_check.hpp"
 #include "support/nav_outputs.hpp"
 #include "support/progress_line.hpp"
 #include "support/ros_topics.hpp"
@@ -20,10 +23,29 @@ struct Options : OutputArguments {
   NavFiles files;
   std::string config, outages;
   double rate_hz = 0.0;
-  bool no_constraints = false;
+  bool no_constraints = false, check = false;
 };
 
-Result<void> run(const Options& o) {
+/// An error of the filter with what the data tell of its cause.
+Error explained(const Error& error, const std::vector<DriveFinding>& findings) {
+  Error result = error;
+  for (const DriveFinding& f : findings) result.message += "\n  " + line_of(f);
+  return result;
+}
+
+Result<Doubt> check(const Options& o) {
+  const auto config = read_nav_config(o.config);
+  if (!config) return config.error();
+  if (auto ready = o.prepare({"found.json", "report.html"}); !ready) return ready.error();
+  ProgressLine reading("reading", o.quiet);
+  const auto recording = load_nav_recording(o.files, *config, std::ref(reading), true);
+  if (!recording) return recording.error();
+  reading.finish();
+  return check_nav_recording(o, o.config, *config, *recording);
+}
+
+Result<Doubt> run(const Options& o) {
+  if (o.check) return check(o);
   auto config = read_nav_config(o.config);
   if (!config) return config.error();
   if (o.no_constraints) config->filter.non_holonomic_in_outage = false;
@@ -31,11 +53,12 @@ Result<void> run(const Options& o) {
   if (!outages) return outages.error();
   if (auto ready = o.prepare({"trajectory.txt", "trajectory.tum", "states.txt", "report.html"});
       !ready)
-    return ready;
+    return ready.error();
   ProgressLine reading("reading", o.quiet);
   auto recording = load_nav_recording(o.files, *config, std::ref(reading));
   if (!recording) return recording.error();
   reading.finish();
+  std::vector<DriveFinding> found = check_drive(recording->recording, config->filter).findings;
   for (const NavOutage& outage : *outages) {
     const LogTime begin = recording->recording.imu.front().time + from_seconds(outage.start_s);
     apply_outage({begin, begin + from_seconds(outage.length_s), outage.satellites_left},
@@ -44,8 +67,9 @@ Result<void> run(const Options& o) {
 
   ProgressLine progress("navigating", o.quiet);
   const auto result = run_gnss_ins(recording->recording, config->filter, std::ref(progress));
-  if (!result) return result.error();
+  if (!result) return explained(result.error(), found);
   const double took_s = progress.finish();
+  for (DriveFinding& f : check_run(recording->recording, *result)) found.push_back(std::move(f));
 
   const std::string source = o.files.observations.empty()
                                  ? (o.files.ranges.empty() ? o.files.fixes : o.files.ranges)
@@ -59,11 +83,11 @@ Result<void> run(const Options& o) {
       took_s,
       o.rate_hz};
   const NavFindings findings = evaluate(outputs);
-  if (auto done = write_nav_outputs(o, outputs, findings); !done) return done;
+  if (auto done = write_nav_outputs(o, outputs, findings); !done) return done.error();
   if (!o.quiet)
     std::printf("%s\nreport: %s\n", summary(outputs, findings).c_str(),
                 o.path("report.html").c_str());
-  return {};
+  return doubt_of(found);
 }
 
 void add_files(CommandLine& app, NavFiles& files) {
@@ -103,6 +127,9 @@ int main(int argc, char** argv) {
                  "lines per second of trajectory.txt; 0: rate of the unit");
   app.add_flag("--no-constraints", o.no_constraints,
                "allow sideways and vertical motion in outages; standstill is still detected");
+  app.add_flag("--check", o.check,
+               "only find units, signs, mounting, times and lever arm of the unit from the data, "
+               "and write found.json, a description with them");
   add_force_and_quiet(app, o);
   add_json(app, o);
   app.add_print(
@@ -112,6 +139,8 @@ int main(int argc, char** argv) {
               "the files of simulate_drive");
   app.example("--imu imu.txt --obs rover.obs --nav brdc.nav --config drive.json --out run",
               "a recorded drive");
+  app.example("--check --imu imu.txt --ranges ranges.txt --out checked",
+              "what is wrong with a drive, and its description in checked/found.json");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("gnss_ins", run(o));
 }

@@ -8,6 +8,7 @@
 #include <deque>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -52,9 +53,14 @@ class CoarseStarter {
     track_.push_back({p.time, ned_from_geodetic(p.antenna, origin_), heading_rad_});
     sigma_m_ = std::max(p.sigma_m, 0.01);
     while (to_seconds(p.time - track_.front().time) > kLongest_s) track_.pop_front();
-    const auto slope = fit_slope();
+    // The longest straight that ends here.
+    for (std::size_t first = 0; first + 4 <= track_.size(); ++first) {
+      const auto slope = fit_slope(first);
+      if (!slope || slope->span_s < kShortest_s) break;
+      if (const auto moving = moving_start(p, *slope)) return moving;
+    }
+    const auto slope = fit_slope(0);
     if (!slope) return std::nullopt;
-    if (const auto moving = moving_start(p, *slope)) return moving;
     const bool stands = slope->span_s > 0.6 * kLongest_s && calm_s_ > kRest_s &&
                         (!p.velocity_ned_mps || p.velocity_ned_mps->norm() < 0.5) &&
                         slope->mps.norm() < std::max(0.5, 3.0 * slope->sigma_mps);
@@ -62,7 +68,7 @@ class CoarseStarter {
   }
 
  private:
-  static constexpr double kLongest_s = 10.0, kRest_s = 3.0;
+  static constexpr double kLongest_s = 10.0, kShortest_s = 2.5, kRest_s = 3.0;
 
   struct Place {
     LogTime time;
@@ -76,28 +82,30 @@ class CoarseStarter {
     double turn_after_rad = 0.0;  ///< from the mean to the end
   };
 
-  /// A straight line through the positions.
-  [[nodiscard]] std::optional<Slope> fit_slope() const {
-    if (track_.size() < 4) return std::nullopt;
-    const auto n = static_cast<double>(track_.size());
-    const LogTime end = track_.back().time;
+  /// A straight line through the positions from the `first`.
+  [[nodiscard]] std::optional<Slope> fit_slope(std::size_t first) const {
+    if (track_.size() < first + 4) return std::nullopt;
+    const std::vector<Place> places(track_.begin() + static_cast<std::ptrdiff_t>(first),
+                                    track_.end());
+    const auto n = static_cast<double>(places.size());
+    const LogTime end = places.back().time;
     double mean_s = 0.0, mean_heading = 0.0, squares = 0.0, low = 1e9, high = -1e9;
-    for (const Place& p : track_) {
+    for (const Place& p : places) {
       mean_s += to_seconds(p.time - end) / n, mean_heading += p.heading_rad / n;
       low = std::min(low, p.heading_rad), high = std::max(high, p.heading_rad);
     }
     Slope slope;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const Place& p : track_) {
+    for (const Place& p : places) {
       const double t = to_seconds(p.time - end) - mean_s;
       squares += t * t, sum += t * p.ned_m;
     }
     if (!(squares > 0.0)) return std::nullopt;
     slope.mps = sum / squares;
     slope.sigma_mps = sigma_m_ / std::sqrt(squares);
-    slope.span_s = to_seconds(end - track_.front().time);
+    slope.span_s = to_seconds(end - places.front().time);
     slope.turn_rad = high - low;
-    slope.turn_after_rad = track_.back().heading_rad - mean_heading;
+    slope.turn_after_rad = places.back().heading_rad - mean_heading;
     return slope;
   }
 

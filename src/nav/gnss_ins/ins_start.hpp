@@ -159,9 +159,9 @@ class Starter {
     else if (velocities_ == 0)
       std::snprintf(text, sizeof text,
                     "none of %d positions has a velocity (no Doppler), and there is no straight "
-                    "on which their differences give one, nor a rest of %.0f s: give Doppler or "
+                    "on which their differences give one, nor a rest of %d s: give Doppler or "
                     "\"start\" in the description",
-                    positions_, 10.0);
+                    positions_, 10);
     else
       std::snprintf(text, sizeof text,
                     "the fastest of %d velocities is %.2f m/s: the heading needs start_speed_mps "
