@@ -117,9 +117,9 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"degrees", readings(kOnes / kDegree, kOnes), Cause::rate_unit, "degrees per second"},
         Fault{"radians", readings(kOnes* kDegree, kOnes), Cause::rate_unit, "rad/s read as deg"},
         Fault{"g", readings(kOnes, kOnes / 9.80665), Cause::force_unit, "g read as m/s"},
-        Fault{"late_1s", late(-1.0), Cause::time_offset, "early"},
-        Fault{"early_1s", late(1.0), Cause::time_offset, "late"},
-        Fault{"utc", late(18.0), Cause::time_offset, "UTC for GPS"}),
+        Fault{"early_1s", late(-1.0), Cause::time_offset, "early"},
+        Fault{"late_1s", late(1.0), Cause::time_offset, "late"},
+        Fault{"utc", late(-18.0), Cause::time_offset, "UTC for GPS"}),
     [](const auto& i) { return i.param.name; });
 
 TEST(CheckDrive, FindsNothingOnCleanDrives) {
