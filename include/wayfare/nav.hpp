@@ -1,7 +1,8 @@
 #pragma once
 
-// GNSS/INS, corridor-aided inertial navigation, and outage experiments.
+// GNSS/INS with diagnosis of its data, corridor-aided inertial navigation, and outage experiments.
 
+#include <wayfare/nav/check_drive.hpp>
 #include <wayfare/nav/corridor_ins.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>

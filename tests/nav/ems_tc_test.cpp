@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <matio.h>
 
@@ -16,6 +17,7 @@
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/nav/check_drive.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 
 namespace wayfare {
@@ -182,6 +184,32 @@ TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
     EXPECT_NEAR(last[i], 0.2 * (i + 1) * kDegree, 0.02 * kDegree);
     EXPECT_NEAR(last[3 + i], 0.1 * (i + 1), 0.05);
   }
+}
+
+// The same without a start: neither velocities nor a given heading.
+TEST_F(EmsTc, StartsFromCodeOnlyRanges) {
+  const MatStruct mat(path_, "ems_data");
+  ASSERT_TRUE(mat.found());
+  const EmsDrive drive = to_drive(mat, Rng(3));
+  const GnssInsRecording recording{drive.imu, drive.ranges, {}, {}};
+  for (const DriveFinding& f : check_drive(recording, ems_options()).findings)
+    EXPECT_EQ(f.cause, DriveFinding::Cause::no_velocity) << f.text;
+  const auto result = run_gnss_ins(recording, ems_options());
+  ASSERT_TRUE(result) << result.error().to_string();
+  EXPECT_THAT(check_run(recording, *result), testing::IsEmpty());
+  eval::SigmaCount<9> within;
+  for (const GnssInsPoint& p : result->points) {
+    const auto i = static_cast<std::size_t>(std::lround(100.0 * p.nav.time.seconds()));
+    if (i >= drive.truth.size()) continue;
+    const eval::NavError e = eval::nav_error(p.nav, drive.truth[i]);
+    Eigen::Matrix<double, 9, 1> error;
+    error << e.position_ned_m, e.velocity_ned_mps, e.attitude_body_rad;
+    within.add(error, p.sigma.head<9>().cast<double>());
+  }
+  RecordProperty("started_s", std::to_string(result->points.front().nav.time.seconds()));
+  RecordProperty("within_3_sigma", std::to_string(within.share(3).mean()));
+  ASSERT_GT(within.count(), 15000U);
+  EXPECT_GT(within.share(3).mean(), 0.97);
 }
 
 }  // namespace

@@ -3,12 +3,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <wayfare/nav/outage.hpp>
 
 #include "support/command_line.hpp"
 #include "support/dry_run.hpp"
+#include "support/nav_check.hpp"
 #include "support/nav_outputs.hpp"
 #include "support/progress_line.hpp"
 #include "support/ros_topics.hpp"
@@ -24,31 +26,50 @@ struct Options : OutputArguments {
   TrackFormats formats;
   std::string config, outages;
   double rate_hz = 0.0;
-  bool no_constraints = false, smooth = false, dry_run = false;
+  bool no_constraints = false, smooth = false, dry_run = false, check = false;
   std::vector<std::string> columns;
 };
 
-Result<void> run(const Options& o) {
+/// An error of the filter with what the data tell of its cause.
+Error explained(const Error& error, const std::vector<DriveFinding>& findings) {
+  Error result = error;
+  for (const DriveFinding& f : findings) result.message += "\n  " + line_of(f);
+  return result;
+}
+
+Result<Doubt> check(const Options& o, const NavConfig& config) {
+  if (auto ready = o.prepare({"found.json", "report.html"}); !ready) return ready.error();
+  ProgressLine reading("reading", o.quiet);
+  const auto recording = load_nav_recording(o.files, config, std::ref(reading), true);
+  if (!recording) return recording.error();
+  reading.finish();
+  return check_nav_recording(o, o.config, config, *recording);
+}
+
+Result<Doubt> run(const Options& o) {
   auto config = read_nav_config(o.config);
   if (!config) return config.error();
-  if (auto chosen = choose_columns(o.columns, *config); !chosen) return chosen;
+  if (auto chosen = choose_columns(o.columns, *config); !chosen) return chosen.error();
   if (o.dry_run) {
     const auto text = dry_run(o.files, *config);
-    if (text) std::fputs(text->c_str(), stdout);
-    return text ? Result<void>{} : text.error();
+    if (!text) return text.error();
+    std::fputs(text->c_str(), stdout);
+    return Doubt{};
   }
   if (o.out.empty()) return bad_use("--out is required");
+  if (o.check) return check(o, *config);
   if (o.no_constraints) config->filter.non_holonomic_in_outage = false;
   auto outages = parse_outages(o.outages);
   if (!outages) return outages.error();
   if (auto ready = o.prepare(
           o.formats.with_files({"trajectory.txt", "trajectory.tum", "states.txt", "report.html"}));
       !ready)
-    return ready;
+    return ready.error();
   ProgressLine reading("reading", o.quiet);
   auto recording = load_nav_recording(o.files, *config, std::ref(reading));
   if (!recording) return recording.error();
   reading.finish();
+  std::vector<DriveFinding> found = check_drive(recording->recording, config->filter).findings;
   for (const NavOutage& outage : *outages) {
     const LogTime begin = recording->recording.imu.front().time + from_seconds(outage.start_s);
     apply_outage({begin, begin + from_seconds(outage.length_s), outage.satellites_left},
@@ -59,8 +80,9 @@ Result<void> run(const Options& o) {
   const auto result =
       o.smooth ? smooth_gnss_ins(recording->recording, config->filter, std::ref(progress))
                : run_gnss_ins(recording->recording, config->filter, std::ref(progress));
-  if (!result) return result.error();
+  if (!result) return explained(result.error(), found);
   const double took_s = progress.finish();
+  for (DriveFinding& f : check_run(recording->recording, *result)) found.push_back(std::move(f));
 
   const std::string source = o.files.observations.empty()
                                  ? (o.files.ranges.empty() ? o.files.fixes : o.files.ranges)
@@ -77,11 +99,11 @@ Result<void> run(const Options& o) {
   if (auto done = first_error({write_nav_outputs(o, outputs, findings),
                                write_track_files(o, o.formats, track_of(outputs))});
       !done)
-    return done;
+    return done.error();
   if (!o.quiet)
     std::printf("%s\nreport: %s\n", summary(outputs, findings).c_str(),
                 o.path("report.html").c_str());
-  return {};
+  return doubt_of(found);
 }
 
 void add_files(CommandLine& app, NavFiles& files) {
@@ -135,6 +157,9 @@ int main(int argc, char** argv) {
   app.add_flag("--smooth", o.smooth,
                "estimate each instant by all measurements, also those after it");
   o.formats.add_option(app);
+  app.add_flag("--check", o.check,
+               "only find units, signs, mounting, times and lever arm of the unit from the data, "
+               "and write found.json, a description with them");
   add_force_and_quiet(app, o);
   add_json(app, o);
   app.add_print(
@@ -146,6 +171,8 @@ int main(int argc, char** argv) {
               "how the columns of a foreign file are understood");
   app.example("--imu imu.txt --obs rover.obs --nav brdc.nav --config drive.json --out run",
               "a recorded drive");
+  app.example("--check --imu imu.txt --ranges ranges.txt --out checked",
+              "what is wrong with a drive, and its description in checked/found.json");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("gnss_ins", run(o));
 }

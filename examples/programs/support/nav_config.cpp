@@ -6,7 +6,6 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -83,6 +82,20 @@ Key axes(const std::string& name, Eigen::Vector3d& value, double factor = 1.0) {
           "a positive number, or three"};
 }
 
+/// Not zero.
+Key factor(const std::string& name, Eigen::Vector3d& value) {
+  return {name,
+          [&value](const Json& j) {
+            std::optional<Eigen::Vector3d> v = three(j);
+            if (j.is_number()) v = Eigen::Vector3d::Constant(j.get<double>());
+            if (!v || !(v->cwiseAbs().minCoeff() > 0.0) || !(v->cwiseAbs().maxCoeff() < 1e9))
+              return false;
+            value = *v;
+            return true;
+          },
+          [&value] { return json_of(value); }, "a number that is not zero, or three"};
+}
+
 Key vector(const std::string& name, Eigen::Vector3d& value) {
   return {name,
           [&value](const Json& j) {
@@ -93,8 +106,8 @@ Key vector(const std::string& name, Eigen::Vector3d& value) {
           [&value] { return json_of(value); }, "three numbers"};
 }
 
-Key mounting(SO3d& q_body_imu) {
-  return {"mounting_deg",
+Key rotation(const std::string& name, SO3d& q_body_imu) {
+  return {name,
           [&q_body_imu](const Json& j) {
             const auto v = three(j);
             if (v) q_body_imu = rotation_from_roll_pitch_yaw(kDegree * *v);
@@ -132,13 +145,46 @@ std::vector<Key> filter_keys(GnssInsOptions& o) {
           number("gap_turn_rate_degps", o.gap_turn_rate_radps, kDegree),
           number("max_lateness_s", o.max_lateness_s),
           number("start_speed_mps", o.start_speed_mps),
-          number("start_heading_sigma_deg", o.start_heading_sigma_rad, kDegree)};
+          number("start_heading_sigma_deg", o.start_heading_sigma_rad, kDegree),
+          boolean("start_without_velocity", o.start_without_velocity)};
+}
+
+Key angle(const std::string& name, Angle& value, double limit_deg) {
+  return {name,
+          [&value, limit_deg](const Json& j) {
+            if (!j.is_number() || !(std::abs(j.get<double>()) <= limit_deg)) return false;
+            value = Angle::degrees(j.get<double>());
+            return true;
+          },
+          [&value] { return Json(value.degrees()); },
+          "a number of degrees within " + std::to_string(std::lround(limit_deg))};
+}
+
+std::vector<Key> start_keys(GnssInsStart& s, std::optional<double>& time_s) {
+  return {{"time_s",
+           [&time_s](const Json& j) {
+             if (!j.is_number() || !(std::abs(j.get<double>()) < 9e9)) return false;
+             time_s = j.get<double>();
+             return true;
+           },
+           [&time_s] { return Json(time_s.value_or(0.0)); }, "a number of seconds"},
+          angle("lat_deg", s.nav.position.latitude, 90.0),
+          angle("lon_deg", s.nav.position.longitude, 360.0),
+          number("h_m", s.nav.position.height_m, 1.0, -1e6),
+          vector("velocity_ned_mps", s.nav.velocity_ned_mps),
+          rotation("roll_pitch_yaw_deg", s.nav.q_nb),
+          number("position_sigma_m", s.position_sigma_m),
+          number("velocity_sigma_mps", s.velocity_sigma_mps),
+          number("level_sigma_deg", s.level_sigma_rad, kDegree),
+          number("heading_sigma_deg", s.heading_sigma_rad, kDegree)};
 }
 
 std::vector<Key> general_keys(NavConfig& c) {
-  return {mounting(c.filter.q_body_imu),
+  return {rotation("mounting_deg", c.filter.q_body_imu),
           vector("antenna_lever_arm_m", c.filter.antenna_lever_arm_m),
-          number("imu_time_offset_s", c.filter.imu_time_offset_s, 1.0, -1e6),
+          number("imu_time_offset_s", c.filter.imu_time_offset_s, 1.0, -1e9),
+          factor("gyro_factor", c.gyro_factor),
+          factor("accel_factor", c.accel_factor),
           boolean("truth_is_antenna", c.truth_is_antenna),
           boolean("truth_is_true", c.truth_is_true),
           number("elevation_mask_deg", c.elevation_mask_deg, 1.0, -90.0),
@@ -168,6 +214,14 @@ struct Reader {
     for (const auto& [key, v] : value.items())
       if (auto done = take(keys, key, v); !done) return done;
     return {};
+  }
+
+  [[nodiscard]] Result<void> start(const Json& value, NavConfig& config) const {
+    config.start.emplace();
+    if (auto done = section(start_keys(*config.start, config.start_time_s), "start", value); !done)
+      return done;
+    if (value.contains("lat_deg") && value.contains("lon_deg")) return {};
+    return error("'start' needs lat_deg and lon_deg");
   }
 
   [[nodiscard]] Result<void> file(const std::string& name, const Json& value,
@@ -236,32 +290,6 @@ void fill_filter(Json& json, NavConfig& c) {
 
 }  // namespace
 
-namespace {
-
-/// Other observations may bring their navigation messages.
-bool is_rinex(const std::string& path) {
-  if (path.empty()) return false;
-  const auto file = io::read_file(path);
-  return file && file->bytes.substr(0, 81).find("RINEX") != std::string::npos;
-}
-
-}  // namespace
-
-Result<io::NavRecording> load_nav_recording(const NavFiles& files, const NavConfig& config,
-                                            const std::function<void(double)>& progress) {
-  if (files.observations.empty() && files.ranges.empty() && files.fixes.empty())
-    return bad_use("satellite measurements are needed: --obs and --nav, --ranges, or --fixes");
-  if (files.ranges.empty() && files.navigation.empty() && is_rinex(files.observations))
-    return bad_use("raw observations need a navigation file (--nav)");
-  const auto imu = [&](const std::string& path, const io::ColumnFormat& format) {
-    return ros::read_imu(path, format, files.topics);
-  };
-  const auto fixes = [&](const std::string& path, const io::ColumnFormat& format) {
-    return ros::read_fixes(path, format, files.topics);
-  };
-  return io::read_nav_recording(files, config, {progress, print_problems, imu, fixes});
-}
-
 Result<NavConfig> parse_nav_config(const std::string& text, const std::string& source) {
   const Reader reader{source};
   const Json json = Json::parse(text, nullptr, false, true);
@@ -277,6 +305,8 @@ Result<NavConfig> parse_nav_config(const std::string& text, const std::string& s
       done = reader.imu(value, c);
     } else if (const auto file = files.find(key); file != files.end()) {
       done = reader.file(key, value, *file->second);
+    } else if (key == "start") {
+      done = reader.start(value, c);
     } else if (key == "imu_noise") {
       done = reader.section(imu_noise_keys(c.filter.imu), key, value);
     } else if (key == "filter") {
@@ -304,6 +334,22 @@ std::string format_nav_config(const NavConfig& config) {
   return json.dump(2) + "\n";
 }
 
+Result<std::string> updated_nav_config(const std::string& path, const NavConfig& config) {
+  Json json = Json::object();
+  if (!path.empty()) {
+    const auto file = io::read_file(path);
+    if (!file) return file.error();
+    json = Json::parse(file->bytes, nullptr, false, true);
+    if (!json.is_object()) return Error{ErrorCode::parse, "expected a JSON object", path};
+  }
+  NavConfig c = config;
+  for (const Key& key : general_keys(c))
+    if (key.name != "truth_is_antenna" && key.name != "truth_is_true" &&
+        key.name != "elevation_mask_deg" && key.name != "min_cn0_dbhz")
+      json[key.name] = key.get();
+  return json.dump(2) + "\n";
+}
+
 std::string default_nav_config() {
   NavConfig c;
   Json json;
@@ -314,6 +360,8 @@ std::string default_nav_config() {
                   {"leap_seconds", 18},
                   {"velocity_late_s", 0.0}};
   fill_filter(json, c);
+  GnssInsStart start;
+  fill(json["start"], start_keys(start, c.start_time_s));
   return json.dump(2) + "\n";
 }
 

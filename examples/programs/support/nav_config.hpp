@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,10 @@ struct NavConfig : io::NavFormats {
   /// False if the reference is the solution of another receiver or phone: differences are then not
   /// errors.
   bool truth_is_true = true;
+  /// Multiply the unit's readings axis by axis: units and signs of columns that are not as named.
+  Eigen::Vector3d gyro_factor = Eigen::Vector3d::Ones(), accel_factor = Eigen::Vector3d::Ones();
+  std::optional<GnssInsStart> start;   ///< initial state
+  std::optional<double> start_time_s;  ///< absent: the unit's first sample
   GnssInsOptions filter;
 };
 
@@ -40,10 +45,11 @@ struct NavOutage {
 /// "START:LENGTH[:SATELLITES],..." in seconds.
 [[nodiscard]] Result<std::vector<NavOutage>> parse_outages(const std::string& text);
 
-/// io::read_nav_recording; reports skipped lines on standard error.
+/// io::read_nav_recording, with the description's factors and start; reports skipped lines on
+/// standard error. `apart`: streams that do not overlap in time are no error.
 [[nodiscard]] Result<io::NavRecording> load_nav_recording(
     const NavFiles& files, const NavConfig& config,
-    const std::function<void(double)>& progress = {});
+    const std::function<void(double)>& progress = {}, bool apart = false);
 
 /// From a JSON object; keys that are missing keep their default, as does everything for an empty
 /// path. Errors name the key: not JSON, an unknown key, a value of the wrong type or out of range.
@@ -56,6 +62,10 @@ struct NavOutage {
 
 /// Mounting, noise and filter of `config` in the same format, without the columns.
 [[nodiscard]] std::string format_nav_config(const NavConfig& config);
+
+/// The description at `path` with mounting, lever arm, time offset and factors of `config`.
+[[nodiscard]] Result<std::string> updated_nav_config(const std::string& path,
+                                                     const NavConfig& config);
 
 /// Every key with its default, in the same format.
 [[nodiscard]] std::string default_nav_config();

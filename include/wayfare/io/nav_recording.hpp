@@ -63,11 +63,13 @@ struct NavReading {
   std::function<Result<ImuFile>(const std::string&, const ColumnFormat&)> imu = read_imu;
   /// Of the file of fixes.
   std::function<Result<FixFile>(const std::string&, const ColumnFormat&)> fixes = read_fixes;
+  bool apart = false;  ///< streams that do not overlap in time are no error
 };
 
 /// Reads all files and sorts each stream by time. Errors: those of the readers; no inertial samples
-/// or no satellite measurements; streams that do not overlap in time, with the gap between them; a
-/// delay of velocities that is not finite.
+/// or no satellite measurements; navigation messages of other days than the observations, with the
+/// days; streams that do not overlap in time, with the gap between them; a delay of velocities that
+/// is not finite.
 [[nodiscard]] Result<NavRecording> read_nav_recording(const NavFiles& files,
                                                       const NavFormats& formats = {},
                                                       const NavReading& reading = {});

@@ -68,6 +68,10 @@ struct GnssInsOptions {
   double start_heading_sigma_rad = 0.1;  ///< of a heading from the course
   /// Above 0: keeps what GnssIns::lagged() needs of the last seconds, about 8 kB for each reading.
   double smoothing_lag_s = 0.0;
+  /// Also starts at rest, level by gravity with an unknown heading, and on a straight by the
+  /// differences of positions without velocities. Once the heading is known the filter starts again
+  /// with it.
+  bool start_without_velocity = false;
 };
 
 /// The filter's estimate at one instant.
@@ -108,7 +112,9 @@ struct GnssInsStart {
   double position_sigma_m = 5.0;    ///< each of north, east and down
   double velocity_sigma_mps = 0.5;  ///< each of north, east and down
   double level_sigma_rad = 0.02;    ///< roll and pitch
-  double heading_sigma_rad = 0.1;   ///< about the vertical
+  /// About the vertical. Above 1 rad the heading is unknown until motion gives it; meanwhile the
+  /// filter does not use it.
+  double heading_sigma_rad = 0.1;
   /// Gyro bias in the unit's axes; σ of zero: unknown.
   Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
   double gyro_bias_sigma_radps = 0.0;  ///< each axis
@@ -182,6 +188,8 @@ class GnssIns {
   void start(const GnssInsStart& start);
   /// Whether it has a solution.
   [[nodiscard]] bool started() const;
+  /// What is missing for a start, and what would help; empty once started.
+  [[nodiscard]] std::string missing() const;
 
   /// An error says why a measurement was not used; the filter is unchanged.
   Result<void> add(const ImuSample& sample);
@@ -211,7 +219,9 @@ class GnssIns {
 /// Called regularly with the fraction done, in [0, 1].
 using GnssInsProgress = std::function<void(double)>;
 
-/// Runs a whole recording. Fails when it is empty, never starts, or is cancelled.
+/// Runs a whole recording. One that does not start is run again with
+/// GnssInsOptions::start_without_velocity. Fails when it is empty, never starts (the message says
+/// what is missing), or is cancelled.
 [[nodiscard]] Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording,
                                                  const GnssInsOptions& options,
                                                  const GnssInsProgress& progress = {},

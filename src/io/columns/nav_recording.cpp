@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include <wayfare/eval/table.hpp>
 #include <wayfare/gnss/correct_ranges.hpp>
+#include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/observations.hpp>
 #include <wayfare/io/rinex.hpp>
@@ -57,7 +59,32 @@ Result<void> check_overlap(const char* what, const std::vector<ImuSample>& imu,
       (late ? " after the inertial samples end" : " before the inertial samples begin");
   if (std::abs(weeks - std::round(weeks)) < 0.02 && weeks > 0.5)
     text += ": about " + eval::fixed(std::round(weeks), 0) + " GPS weeks apart";
+  text += "; the files are of different drives, or one clock needs a conversion";
   return Error{ErrorCode::invalid, text};
+}
+
+/// "2025-07-08 19:34"
+std::string date_of(Time<GpsClock> time) {
+  const CivilTime c = civil_from_gps(time);
+  char text[40];
+  std::snprintf(text, sizeof text, "%04d-%02d-%02d %02d:%02d", c.year, c.month, c.day, c.hour,
+                c.minute);
+  return text;
+}
+
+/// Times of the observations and of the messages, which may be of another day.
+std::string days_of(const std::vector<ObservationEpoch>& epochs, const Ephemerides& ephemerides) {
+  if (epochs.empty()) return {};
+  std::optional<Time<GpsClock>> first, last;
+  for (const SatelliteId id : ephemerides.satellites())
+    for (const Ephemeris& e : ephemerides.of(id)) {
+      const Time<GpsClock> t = reference_time(e);
+      first = first ? std::min(*first, t) : t, last = last ? std::max(*last, t) : t;
+    }
+  if (!first) return "; the navigation files have no messages";
+  return "; observations from " + date_of(epochs.front().time) + " to " +
+         date_of(epochs.back().time) + ", navigation messages for " + date_of(*first) + " to " +
+         date_of(*last) + " GPS time";
 }
 
 class Loader {
@@ -79,6 +106,7 @@ class Loader {
                    "satellite measurements are needed: raw observations and navigation messages, "
                    "ranges, or fixes"};
     if (auto done = load_truth(); !done) return done.error();
+    if (reading_.apart) return std::move(out_);
     for (const Result<void>& check :
          {check_overlap("range epochs", r.imu, r.ranges), check_overlap("fixes", r.imu, r.fixes),
           check_overlap("reference states", r.imu, out_.truth.states)})
@@ -238,7 +266,7 @@ class Loader {
       return Error{ErrorCode::not_found,
                    "none of its " + number +
                        " epochs gives a position with these navigation files; of " + all +
-                       " satellites: " + reasons(refused),
+                       " satellites: " + reasons(refused) + days_of(epochs, *ephemerides),
                    files_.observations};
     out_.remarks.push_back(files_.observations + ": " + number + " epochs, " +
                            std::to_string(positions) + " with a single-point position; " +

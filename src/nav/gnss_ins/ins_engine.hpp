@@ -15,6 +15,7 @@
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 
+#include "nav/gnss_ins/coarse_start.hpp"
 #include "nav/gnss_ins/ins_view.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
@@ -52,6 +53,7 @@ class InsEngine {
   InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first)
       : options_(options),
         filter_(make_filter(options, start)),
+        heading_unknown_(start.heading_sigma_rad > kUnknownHeading_rad),
         last_(first),
         clocks_(options.range_sigma_scale, options.gate_sigma) {
     last_.time = start.nav.time;
@@ -196,6 +198,7 @@ class InsEngine {
   void predict(const ImuInterval& imu, bool in_gap) {
     filter_.predict(imu);
     add_vibration(imu.dt_s);
+    if (heading_unknown_) forget_heading(imu.dt_s);
     if (!in_gap) return;
     // Unknown motion, independent from second to second: white noise of density a²·1 s.
     using namespace ins_state;
@@ -205,6 +208,25 @@ class InsEngine {
       filter_.ekf().add_variance(kVelocity + i, v);
       filter_.ekf().add_variance(kAttitude + i, w);
     }
+  }
+
+  /// Keeps the error of an unknown heading independent of all others, since nothing linear in it
+  /// holds; the accelerations in its place are noise of the velocity.
+  void forget_heading(double dt_s) {
+    using namespace ins_state;
+    const Vector3d down = filter_.state().q_nu.inverse() * Vector3d::UnitZ();
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - down * down.transpose();
+    struct Step {
+      State state;
+      Filter::Square phi, q;
+    };
+    Step step{filter_.state(), Filter::Square::Identity(), Filter::Square::Zero()};
+    step.phi.block<3, 3>(kAttitude, kAttitude) = across;
+    step.q.block<3, 3>(kAttitude, kAttitude) =
+        kNoHeadingSigma_rad * kNoHeadingSigma_rad * down * down.transpose();
+    const double a = options_.gap_acceleration_mps2;
+    for (int i = 0; i < 2; ++i) step.q(kVelocity + i, kVelocity + i) = a * a * dt_s;
+    filter_.ekf().predict([&step](const State&) { return step; });
   }
 
   void add_vibration(double dt_s) {
@@ -300,6 +322,7 @@ class InsEngine {
 
   GnssInsOptions options_;
   Filter filter_;
+  bool heading_unknown_;
   ImuSample last_;
   RecentReadings recent_;
   ZeroVelocityDetector zero_velocity_;

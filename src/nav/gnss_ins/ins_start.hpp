@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
+#include <string>
 
 #include <Eigen/Cholesky>
 
 #include <wayfare/nav/gnss_ins.hpp>
 
+#include "nav/gnss_ins/coarse_start.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
 
@@ -100,19 +103,71 @@ class Starter {
     ++standing_count_;
   }
 
-  [[nodiscard]] std::optional<GnssInsStart> add(const RangeEpoch& epoch) {
+  /// The receiver's own solution; none for too few ranges.
+  [[nodiscard]] static std::optional<StartPosition> position_of(const RangeEpoch& epoch) {
     const auto solved = solve_ranges(epoch);
-    if (!solved || !solved->velocity_ecef_mps) return std::nullopt;
+    if (!solved) return std::nullopt;
     const Geodetic antenna = geodetic_from_ecef(solved->position_ecef_m);
-    const Eigen::Vector3d v = rotation_ecef_ned(antenna).transpose() * *solved->velocity_ecef_mps;
-    return try_start(epoch.time, antenna, v, std::max(3.0, 2.0 * solved->position_sigma_m));
+    StartPosition p{epoch.time, antenna, solved->position_sigma_m, std::nullopt};
+    if (solved->velocity_ecef_mps)
+      p.velocity_ned_mps = rotation_ecef_ned(antenna).transpose() * *solved->velocity_ecef_mps;
+    return p;
+  }
+  [[nodiscard]] static std::optional<StartPosition> position_of(const GnssFix& fix) {
+    const double sigma = std::sqrt(fix.position_covariance_ned_m2.diagonal().maxCoeff());
+    return StartPosition{fix.time, fix.position, sigma, fix.velocity_ned_mps};
+  }
+  /// Least standard deviation of a start's position, m.
+  [[nodiscard]] static double least_sigma_m(const RangeEpoch&) { return 3.0; }
+  [[nodiscard]] static double least_sigma_m(const GnssFix&) { return 0.5; }
+
+  template <class Gnss>
+  [[nodiscard]] std::optional<GnssInsStart> add(const Gnss& m,
+                                                const std::optional<StartPosition>& p) {
+    ++epochs_;
+    if (!p) return std::nullopt;
+    ++positions_;
+    // A position alone determines neither standstill nor heading.
+    if (!p->velocity_ned_mps) return std::nullopt;
+    ++velocities_;
+    return try_start(m.time, p->antenna, *p->velocity_ned_mps,
+                     std::max(least_sigma_m(m), 2.0 * p->sigma_m));
   }
 
-  [[nodiscard]] std::optional<GnssInsStart> add(const GnssFix& fix) {
-    // A position alone determines neither standstill nor heading.
-    if (!fix.velocity_ned_mps) return std::nullopt;
-    const double sigma = std::sqrt(fix.position_covariance_ned_m2.diagonal().maxCoeff());
-    return try_start(fix.time, fix.position, *fix.velocity_ned_mps, std::max(0.5, 2.0 * sigma));
+  /// What is missing, and what would help.
+  [[nodiscard]] std::string missing() const {
+    char text[320] = "";
+    const double force = recent_.mean_force_mps2().norm();
+    if (!last_) return "there are no usable inertial readings";
+    if (epochs_ == 0)
+      return "there is no receiver's measurement within the inertial readings: their clocks differ "
+             "(imu_time_offset_s)";
+    if (positions_ == 0)
+      std::snprintf(text, sizeof text,
+                    "none of %d epochs gives a position: at least four satellites are needed (a "
+                    "navigation file of the day, elevation_mask_deg, min_cn0_dbhz)",
+                    epochs_);
+    else if (near_ == 0 && velocities_ > 0)
+      std::snprintf(text, sizeof text,
+                    "no velocity of the receiver is within a second of full inertial readings: "
+                    "their clocks differ (imu_time_offset_s), or the readings have gaps");
+    else if (force < 5.0 || force > 20.0)
+      std::snprintf(text, sizeof text,
+                    "the specific force is %.3g m/s\u00b2 in place of about 9.8: the unit of the "
+                    "accelerometers (columns ax ay az, accel_factor)",
+                    force);
+    else if (velocities_ == 0)
+      std::snprintf(text, sizeof text,
+                    "none of %d positions has a velocity (no Doppler), and there is no straight "
+                    "on which their differences give one, nor a rest of %d s: give Doppler or "
+                    "\"start\" in the description",
+                    positions_, 10);
+    else
+      std::snprintf(text, sizeof text,
+                    "the fastest of %d velocities is %.2f m/s: the heading needs start_speed_mps "
+                    "(%.2f m/s) in two epochs that agree, or \"start\" in the description",
+                    velocities_, fastest_mps_, options_.start_speed_mps);
+    return text;
   }
 
  private:
@@ -130,6 +185,8 @@ class Starter {
     before_ = VelocityFix{time, v};
     standing_ = v.norm() < 0.3;
     const double speed = std::hypot(v.x(), v.y());
+    fastest_mps_ = std::max(fastest_mps_, speed);
+    if (recent_.full() && last_ && std::abs(to_seconds(time - last_->time)) <= 1.0) ++near_;
     if (!recent_.full() || speed < options_.start_speed_mps || speed > 200.0) return std::nullopt;
     if (!last_ || std::abs(to_seconds(time - last_->time)) > 1.0) return std::nullopt;
     // Two consecutive velocities must agree, so that one bad epoch does not start the filter.
@@ -179,6 +236,9 @@ class Starter {
   Eigen::Vector3d standing_rate_sum_ = Eigen::Vector3d::Zero();
   int standing_count_ = 0;
   double standing_s_ = 0.0;
+  int epochs_ = 0, positions_ = 0, velocities_ = 0;
+  int near_ = 0;  ///< velocities beside inertial readings
+  double fastest_mps_ = 0.0;
 };
 
 }  // namespace wayfare::nav

@@ -49,17 +49,25 @@ struct Replay {
   }
 };
 
-/// What a run needs of its recording.
-inline Result<void> check(const GnssInsRecording& recording) {
+inline Error never_started(const GnssIns& filter) {
+  return {ErrorCode::degenerate, "inertial navigation never started: " + filter.missing()};
+}
+inline Error stopped() { return {ErrorCode::cancelled, "stopped on request"}; }
+
+/// What `run` gives; where nothing started, also without velocities. Fails for recordings of which
+/// nothing can come.
+template <class Run>
+Result<GnssInsResult> with_coarse_start(const GnssInsRecording& recording,
+                                        const GnssInsOptions& options, const Run& run) {
   if (recording.imu.empty()) return Error{ErrorCode::invalid, "there are no inertial readings"};
   if (recording.ranges.empty() && recording.fixes.empty() && !recording.start)
     return Error{ErrorCode::invalid, "there are neither ranges nor fixes nor a start"};
-  return {};
+  auto result = run(options);
+  if (result || result.error().code != ErrorCode::degenerate || options.start_without_velocity)
+    return result;
+  GnssInsOptions coarse = options;
+  coarse.start_without_velocity = true;
+  return run(coarse);
 }
-inline Error never_started() {
-  return {ErrorCode::degenerate,
-          "inertial navigation never started: it needs a position, and a velocity for the heading"};
-}
-inline Error stopped() { return {ErrorCode::cancelled, "stopped on request"}; }
 
 }  // namespace wayfare::nav

@@ -6,9 +6,10 @@
 
 namespace wayfare {
 
-Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const GnssInsOptions& options,
-                                   const GnssInsProgress& progress, std::stop_token stop) {
-  if (auto usable = nav::check(recording); !usable) return usable.error();
+namespace {
+
+Result<GnssInsResult> run_once(const GnssInsRecording& recording, const GnssInsOptions& options,
+                               const GnssInsProgress& progress, const std::stop_token& stop) {
   nav::Replay replay{recording, GnssIns(options), from_seconds(options.imu_time_offset_s)};
   if (recording.start) replay.filter.start(*recording.start);
   const std::size_t n = recording.imu.size();
@@ -21,8 +22,17 @@ Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const Gnss
   }
   GnssInsResult result = replay.finish();
   if (progress) progress(1.0);
-  if (result.points.empty()) return nav::never_started();
+  if (result.points.empty()) return nav::never_started(replay.filter);
   return result;
+}
+
+}  // namespace
+
+Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const GnssInsOptions& options,
+                                   const GnssInsProgress& progress, std::stop_token stop) {
+  return nav::with_coarse_start(recording, options, [&](const GnssInsOptions& o) {
+    return run_once(recording, o, progress, stop);
+  });
 }
 
 }  // namespace wayfare

@@ -47,6 +47,7 @@ class Smoothing {
     checkpoints_.push_back({replay_.filter, replay_.ranges, replay_.fixes});
     run(replay_, b);
     replay_.collect();
+    started_ = started_ || !replay_.result.points.empty();
     replay_.result.points.clear();
   }
   /// Smooths block b, the one before that of the last call.
@@ -59,6 +60,9 @@ class Smoothing {
     run(replay, b);
     detail::InsHistoryAccess::smooth(replay.filter, adjoint_, sink);
   }
+  [[nodiscard]] const GnssIns& filter() const { return replay_.filter; }
+  /// Whether there is any solution.
+  [[nodiscard]] bool has_started() const { return started_; }
   /// Innovations and notices of the filter.
   [[nodiscard]] GnssInsResult finish() { return replay_.finish(); }
 
@@ -80,15 +84,12 @@ class Smoothing {
   nav::Replay replay_{recording_, started(), offset()};
   std::vector<Checkpoint> checkpoints_;
   nav::InsAdjoint adjoint_;
+  bool started_ = false;
 };
 
-}  // namespace
-
-Result<GnssInsResult> smooth_gnss_ins(const GnssInsRecording& recording,
-                                      const GnssInsOptions& options,
-                                      const GnssInsProgress& progress, std::stop_token stop,
-                                      const std::function<void(const GnssInsEstimate&)>& each) {
-  if (auto usable = nav::check(recording); !usable) return usable.error();
+Result<GnssInsResult> smooth_once(const GnssInsRecording& recording, const GnssInsOptions& options,
+                                  const GnssInsProgress& progress, const std::stop_token& stop,
+                                  const std::function<void(const GnssInsEstimate&)>& each) {
   Smoothing smoothing(recording, options);
   const std::size_t blocks = smoothing.blocks();
   const auto report = [&](double done) {
@@ -99,6 +100,7 @@ Result<GnssInsResult> smooth_gnss_ins(const GnssInsRecording& recording,
     report(static_cast<double>(b));
     smoothing.forward(b);
   }
+  if (!smoothing.has_started()) return nav::never_started(smoothing.filter());
   GnssInsResult result = smoothing.finish();
   for (std::size_t b = blocks; b-- > 0;) {
     if (stop.stop_requested()) return nav::stopped();
@@ -110,8 +112,18 @@ Result<GnssInsResult> smooth_gnss_ins(const GnssInsRecording& recording,
   }
   std::reverse(result.points.begin(), result.points.end());
   if (progress) progress(1.0);
-  if (result.points.empty()) return nav::never_started();
   return result;
+}
+
+}  // namespace
+
+Result<GnssInsResult> smooth_gnss_ins(const GnssInsRecording& recording,
+                                      const GnssInsOptions& options,
+                                      const GnssInsProgress& progress, std::stop_token stop,
+                                      const std::function<void(const GnssInsEstimate&)>& each) {
+  return nav::with_coarse_start(recording, options, [&](const GnssInsOptions& o) {
+    return smooth_once(recording, o, progress, stop, each);
+  });
 }
 
 }  // namespace wayfare

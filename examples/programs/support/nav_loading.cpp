@@ -1,0 +1,80 @@
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
+#include "nav_config.hpp"
+#include "program_files.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+/// Other observations may bring their navigation messages.
+bool is_rinex(const std::string& path) {
+  if (path.empty()) return false;
+  const auto file = io::read_file(path);
+  return file && file->bytes.substr(0, 81).find("RINEX") != std::string::npos;
+}
+
+void apply(const NavConfig& config, GnssInsRecording& recording) {
+  if (!config.gyro_factor.isOnes(0.0) || !config.accel_factor.isOnes(0.0)) {
+    for (ImuSample& s : recording.imu) {
+      s.angular_rate_radps = s.angular_rate_radps.cwiseProduct(config.gyro_factor);
+      s.specific_force_mps2 = s.specific_force_mps2.cwiseProduct(config.accel_factor);
+    }
+  }
+  recording.start = config.start;
+  if (!config.start) return;
+  recording.start->nav.time =
+      config.start_time_s
+          ? LogTime::from_seconds(*config.start_time_s)
+          : recording.imu.front().time + from_seconds(config.filter.imu_time_offset_s);
+}
+
+}  // namespace
+
+Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
+  std::vector<NavOutage> outages;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const std::string_view one = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+    NavOutage outage;
+    const char *at = one.data(), *const end = one.data() + one.size();
+    const auto number = [&](auto& value) {
+      const auto [stop, error] = std::from_chars(at, end, value);
+      const bool good = error == std::errc() && stop != at;
+      at = stop;
+      return good;
+    };
+    const auto colon = [&] { return at != end && *at++ == ':'; };
+    const bool good = number(outage.start_s) && colon() && number(outage.length_s) &&
+                      (at == end || (colon() && number(outage.satellites_left))) && at == end &&
+                      outage.start_s >= 0.0 && outage.start_s < 1e9 && outage.length_s > 0.0 &&
+                      outage.length_s < 1e9;
+    if (!good)
+      return bad_use("not an outage START:LENGTH[:SATELLITES]: '" + std::string(one) + "'");
+    outages.push_back(outage);
+  }
+  return outages;
+}
+
+Result<io::NavRecording> load_nav_recording(const NavFiles& files, const NavConfig& config,
+                                            const std::function<void(double)>& progress,
+                                            bool apart) {
+  if (files.observations.empty() && files.ranges.empty() && files.fixes.empty())
+    return bad_use("satellite measurements are needed: --obs and --nav, --ranges, or --fixes");
+  if (files.ranges.empty() && files.navigation.empty() && is_rinex(files.observations))
+    return bad_use("raw observations need a navigation file (--nav)");
+  const auto imu = [&](const std::string& path, const io::ColumnFormat& format) {
+    return ros::read_imu(path, format, files.topics);
+  };
+  const auto fixes = [&](const std::string& path, const io::ColumnFormat& format) {
+    return ros::read_fixes(path, format, files.topics);
+  };
+  auto loaded =
+      io::read_nav_recording(files, config, {progress, print_problems, imu, fixes, apart});
+  if (loaded) apply(config, loaded->recording);
+  return loaded;
+}
+
+}  // namespace wayfare::examples

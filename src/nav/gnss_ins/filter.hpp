@@ -1,0 +1,334 @@
+#pragma once
+
+// The filter of GnssIns with its memory.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include <wayfare/inertial/detail/sample_clock.hpp>
+
+#include "nav/gnss_ins/ins_engine.hpp"
+#include "nav/gnss_ins/ins_history.hpp"
+#include "nav/gnss_ins/ins_start.hpp"
+#include "nav/gnss_ins/measurement_log.hpp"
+#include "nav/gnss_ins/plausible.hpp"
+
+namespace wayfare {
+
+namespace nav {
+
+[[nodiscard]] inline Error refused(ErrorCode code, LogTime time, const std::string& why) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.3f s: ", time.seconds());
+  return {code, text + why};
+}
+
+}  // namespace nav
+
+/// Recent measurements in order of time, and snapshots of the engine for replay.
+class GnssIns::Filter {
+ public:
+  explicit Filter(const GnssInsOptions& options)
+      : options_(options), starter_(options), coarse_(options) {
+    // Late measurements are replayed: what they change is kept as well.
+    if (options.smoothing_lag_s > 0.0)
+      history_.open(from_seconds(std::max(options.smoothing_lag_s, options.max_lateness_s + 1.0)));
+  }
+
+  void start(const GnssInsStart& start) {
+    if (!nav::plausible(start))
+      return events_.note(start.nav.time,
+                          "the given start is implausible: not finite, not on the Earth, faster "
+                          "than 100 km/s, or of a negative standard deviation: it is not used");
+    clear();
+    seen_ = {};
+    given_start_ = start;
+  }
+  [[nodiscard]] bool started() const { return engine_.has_value(); }
+  [[nodiscard]] std::string missing() const {
+    if (engine_) return {};
+    if (given_start_) return "there are no inertial readings at or after the given start's time";
+    return starter_.missing();
+  }
+
+  Result<void> add(ImuSample s) {
+    s.time += from_seconds(options_.imu_time_offset_s);
+    if (!nav::plausible(s))
+      return nav::refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
+    const SampleClock::Verdict order = imu_clock_.check(s.time);
+    if (order == SampleClock::Verdict::late) {
+      return nav::refused(ErrorCode::invalid, s.time,
+                          s.time == last_imu_->time ? "an inertial reading arrived twice"
+                                                    : "an inertial reading is out of order");
+    }
+    if (last_imu_ && order == SampleClock::Verdict::first) {
+      events_.note(s.time, "the unit's clock was set back: reinitialising");
+      forget();
+      last_imu_.reset();
+      seen_ = {};
+    }
+    const double gap_s = last_imu_ ? to_seconds(s.time - last_imu_->time) : 0.0;
+    const auto missing = [gap_s] {
+      return "no inertial readings for " + std::to_string(gap_s) + " s: ";
+    };
+    if (engine_ && gap_s > options_.max_imu_gap_s) {
+      events_.note(last_imu_->time, missing() + "reinitialising");
+      forget();
+    } else if (engine_ && is_gap(*last_imu_, s)) {
+      events_.note(last_imu_->time, missing() + "bridged");
+    }
+    if (gap_s > 0.0 && gap_s < 1.0) {
+      interval_s_ = interval_s_ == 0.0
+                        ? gap_s
+                        : 0.95 * interval_s_ + 0.05 * std::min(gap_s, 3.0 * interval_s_);
+    }
+    if (!engine_) try_given_start(s);
+    last_imu_ = s;
+    if (seeks_start()) {
+      starter_.add(s);
+      if (starts_coarsely()) coarse_.add(s);
+    }
+    if (engine_) insert(s);
+    return {};
+  }
+
+  template <class Gnss>
+  Result<void> add(const Gnss& m) {
+    if (!nav::plausible(m))
+      return nav::refused(ErrorCode::invalid, m.time, "no usable measurement");
+    std::vector<LogTime>& seen = seen_[std::is_same_v<Gnss, GnssFix> ? 1 : 0];
+    const bool twice = std::find(seen.begin(), seen.end(), m.time) != seen.end();
+    if (!engine_) {
+      if (given_start_) return nav::refused(ErrorCode::not_found, m.time, "before the given start");
+      if (twice) return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+      seen.assign(1, m.time);
+      const auto start = find_start(m);
+      if (start && last_imu_) begin(*start, *last_imu_);
+      return {};
+    }
+    const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
+    if (m.time < oldest) return nav::refused(ErrorCode::invalid, m.time, "too late");
+    if (twice) return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+    if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0))
+      return nav::refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
+    std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
+    seen.push_back(m.time);
+    if (heading_unknown_ && m.time >= engine_->time() - from_seconds(1.0))
+      if (const auto start = find_start(m)) return align(*start), Result<void>{};
+    insert(m);
+    return {};
+  }
+
+  [[nodiscard]] const nav::InsEngine& engine() const {
+    WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
+    return *engine_;
+  }
+  [[nodiscard]] const SO3d& q_body_imu() const { return options_.q_body_imu; }
+  nav::EventLog& events() { return events_; }
+  nav::InsHistory& history() { return history_; }
+
+  [[nodiscard]] std::optional<GnssInsEstimate> lagged() const {
+    if (!engine_) return std::nullopt;
+    const LogTime wanted = engine_->time() - from_seconds(options_.smoothing_lag_s);
+    std::optional<GnssInsEstimate> found;
+    nav::InsAdjoint adjoint;
+    history_.back(adjoint, [&](LogTime time, const auto& smoothed) {
+      if (time > wanted) return true;
+      found = smoothed().view().estimate(options_.q_body_imu);
+      return false;
+    });
+    return found;
+  }
+
+ private:
+  struct Snapshot {
+    std::size_t done;
+    nav::InsEngine engine;
+    nav::InsHistory::Place recorded;
+  };
+
+  /// Not started, or without heading.
+  [[nodiscard]] bool seeks_start() const { return !engine_ || heading_unknown_; }
+  [[nodiscard]] bool starts_coarsely() const {
+    return options_.start_without_velocity || heading_unknown_;
+  }
+
+  template <class Gnss>
+  std::optional<GnssInsStart> find_start(const Gnss& m) {
+    const auto position = nav::Starter::position_of(m);
+    auto start = starter_.add(m, position);
+    if (start || !position || !starts_coarsely()) return start;
+    return coarse_.add(*position, !engine_);
+  }
+
+  /// The first motion gives the heading: starts again, with the gyro biases found at rest.
+  void align(GnssInsStart start) {
+    const GnssInsEstimate e = engine_->view().estimate(options_.q_body_imu);
+    if (start.gyro_bias_sigma_radps == 0.0) {
+      start.gyro_bias_radps = e.gyro_bias_radps;
+      start.gyro_bias_sigma_radps =
+          std::sqrt(e.covariance.diagonal().segment<3>(ins_state::kGyroBias).maxCoeff());
+    }
+    begin(start, *last_imu_);
+    events_.note(start.nav.time, "the heading is known from motion");
+  }
+
+  void clear() {
+    history_.restart();
+    unmarked_ = false;
+    engine_.reset();
+    heading_unknown_ = false;
+    log_.clear();
+    snapshots_.clear();
+    done_ = 0;
+  }
+
+  void forget() {
+    clear();
+    starter_ = nav::Starter(options_);
+    coarse_ = nav::CoarseStarter(options_);
+  }
+
+  void begin(const GnssInsStart& start, const ImuSample& first) {
+    clear();
+    engine_.emplace(options_, start, first);
+    heading_unknown_ = start.heading_sigma_rad > nav::kUnknownHeading_rad;
+    snapshots_.push_back({0, *engine_, history_.end()});
+    events_.note(start.nav.time, heading_unknown_
+                                     ? "inertial navigation started, the heading is unknown"
+                                     : "inertial navigation started");
+    given_start_.reset();
+  }
+
+  void try_given_start(const ImuSample& s) {
+    if (!given_start_ || s.time < given_start_->nav.time) return;
+    if (s.time - given_start_->nav.time > from_seconds(options_.max_imu_gap_s)) {
+      events_.note(s.time, "the given start is too long before the inertial readings");
+      given_start_.reset();
+      return;
+    }
+    begin(*given_start_, s);
+  }
+
+  /// Puts it in order of time, and processes what can be.
+  void insert(const nav::Measurement& m) {
+    const auto at = nav::place_of(m, log_);
+    const auto index = static_cast<std::size_t>(at - log_.begin());
+    log_.insert(at, nav::LogEntry{m});
+    if (index < done_) rewind(index);
+    run();
+  }
+
+  /// Restores the newest snapshot before entry `index`.
+  void rewind(std::size_t index) {
+    while (snapshots_.size() > 1 && snapshots_.back().done > index) snapshots_.pop_back();
+    engine_ = snapshots_.back().engine;
+    done_ = snapshots_.back().done;
+    history_.truncate(snapshots_.back().recorded);
+    unmarked_ = false;
+  }
+
+  void run() {
+    while (done_ < log_.size() && step()) {
+    }
+    mark();
+    prune();
+  }
+
+  /// Marks the estimate by all measurements up to the newest reading, once.
+  void mark() {
+    if (unmarked_) history_.mark(engine_->view());
+    unmarked_ = false;
+  }
+
+  /// False if the next measurement must wait for an inertial reading after it.
+  bool step() {
+    engine_->record_to(history_.tape());
+    nav::LogEntry& entry = log_[done_];
+    const LogTime t = nav::time_of(entry.measurement);
+    if (t > engine_->time()) mark();
+    if (!nav::is_imu(entry.measurement) && t > engine_->time() && !advance_to(t)) return false;
+    events_.open = !entry.processed;
+    std::visit([this](const auto& m) { process(m); }, entry.measurement);
+    events_.open = true;
+    entry.processed = true;
+    ++done_;
+    if (nav::is_imu(entry.measurement)) {
+      unmarked_ = true;
+      if (snapshots_.empty() ||
+          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
+        if (!engine_->on_earth()) {
+          events_.note(t, "the solution is off the Earth: reinitialising");
+          forget();
+          return true;
+        }
+        snapshots_.push_back({done_, *engine_, history_.end()});
+      }
+    } else if (engine_->lost()) {
+      events_.note(t, "the solution has diverged from the measurements: reinitialising");
+      forget();
+    }
+    return true;
+  }
+
+  /// Advances by interpolation to the next inertial reading, if there is one.
+  bool advance_to(LogTime t) {
+    const auto next =
+        std::find_if(log_.begin() + static_cast<std::ptrdiff_t>(done_), log_.end(),
+                     [](const nav::LogEntry& e) { return nav::is_imu(e.measurement); });
+    if (next == log_.end()) return false;
+    const auto& s = std::get<ImuSample>(next->measurement);
+    const ImuSample last = engine_->last_sample();
+    engine_->advance(nav::interpolate(last, s, t), is_gap(last, s), events_);
+    return true;
+  }
+
+  void process(const ImuSample& s) {
+    engine_->advance(s, is_gap(engine_->last_sample(), s), events_);
+  }
+  template <class Gnss>
+  void process(const Gnss& m) {
+    engine_->apply(m, events_);
+  }
+
+  [[nodiscard]] bool is_gap(const ImuSample& a, const ImuSample& b) const {
+    return interval_s_ > 0.0 && to_seconds(b.time - a.time) > std::max(3.0 * interval_s_, 0.02);
+  }
+
+  void prune() {
+    if (!engine_) return;
+    const LogTime limit = engine_->time() - from_seconds(options_.max_lateness_s);
+    while (snapshots_.size() > 1 && snapshots_[1].engine.time() <= limit) snapshots_.pop_front();
+    const std::size_t drop = snapshots_.front().done;
+    log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(drop));
+    const nav::InsHistory::Place removed = history_.drop_old();
+    for (Snapshot& k : snapshots_) k.done -= drop, k.recorded -= removed;
+    done_ -= drop;
+  }
+
+  GnssInsOptions options_;
+  nav::Starter starter_;
+  nav::CoarseStarter coarse_;
+  bool heading_unknown_ = false;  ///< of the engine
+  std::optional<GnssInsStart> given_start_;
+  std::optional<nav::InsEngine> engine_;
+  std::optional<ImuSample> last_imu_;
+  SampleClock imu_clock_{1.0};
+  /// Times of accepted ranges and fixes, while they could still be replayed or start the filter.
+  std::array<std::vector<LogTime>, 2> seen_;
+  double interval_s_ = 0.0;
+  nav::MeasurementLog log_;
+  std::size_t done_ = 0;
+  std::deque<Snapshot> snapshots_;
+  nav::InsHistory history_;
+  bool unmarked_ = false;
+  nav::EventLog events_;
+};
+
+}  // namespace wayfare
