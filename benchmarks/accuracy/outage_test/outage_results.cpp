@@ -59,6 +59,20 @@ io::Plot drift_plot(const OutageVariant& v, bool by_distance) {
   return plot;
 }
 
+/// The largest error of any of the outages a cell is the mean of.
+eval::Table worst_table(const OutageVariant& v) {
+  OutageReport worst = v.report;
+  std::size_t duration = 0;
+  for (OutageCell& cell : worst.cells) {
+    if (&cell != worst.cells.data() && cell.duration != (&cell - 1)->duration) ++duration;
+    cell.mean.max_m = 0.0;
+    for (const OutageCourse& course : v.report.courses)
+      if (course.window.satellites_left == cell.satellites_left)
+        cell.mean.max_m = std::max(cell.mean.max_m, course.by_duration[duration].max_m);
+  }
+  return eval::outage_table(worst, &OutageError::max_m);
+}
+
 }  // namespace
 
 TitledTables outage_tables(const std::vector<OutageVariant>& variants, std::size_t places) {
@@ -68,6 +82,8 @@ TitledTables outage_tables(const std::vector<OutageVariant>& variants, std::size
       tables.emplace_back(std::string("Mean of the ") + figure.name + " over " +
                               std::to_string(places) + " start times, " + v.name,
                           eval::outage_table(v.report, figure.value));
+  for (const OutageVariant& v : variants)
+    tables.emplace_back("Largest error at any start time, " + v.name, worst_table(v));
   tables.emplace_back("Outside of outages", outside_table(variants));
   return tables;
 }
