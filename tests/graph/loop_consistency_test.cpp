@@ -179,7 +179,7 @@ TYPED_TEST(LoopConsistency, SaysWhatItDoesNotDecide) {
     EXPECT_EQ(report->undecided, report->rejected);
     return report->rejected;
   };
-  EXPECT_THAT(rejected(0.3), IsEmpty());
+  EXPECT_THAT(rejected(LoopConsistencyOptions{}.max_false), IsEmpty());
   EXPECT_EQ(rejected(0.0), std::vector<int>{static_cast<int>(graph.edges.size()) - 1});
 }
 

@@ -24,7 +24,7 @@ using namespace wayfare::examples;
 struct Options {
   std::string input, write;
   std::vector<std::string> methods{"cycles"};
-  int loops = 1000, first = 1, last = 3;
+  int loops = 1000, first = 1, seeds = 3;
 };
 
 /// Shares of one set, in per cent, or of the worst of several.
@@ -125,7 +125,7 @@ Result<void> run(const io::GraphFile<G>& file, const Options& o) {
   for (const FalseLoops kind :
        {FalseLoops::random, FalseLoops::groups_10, FalseLoops::groups_30, FalseLoops::local}) {
     std::map<std::string, Summary> summaries;
-    for (int seed = o.first; seed <= o.last; ++seed) {
+    for (int seed = o.first; seed < o.first + o.seeds; ++seed) {
       const auto set =
           FalseLoopMaker<G>(clean, static_cast<std::uint64_t>(seed)).with(kind, o.loops);
       if (!o.write.empty()) {
@@ -166,14 +166,14 @@ int main(int argc, char** argv) {
       "False loops added to the optimum of a pose graph: which of them each method finds, how many "
       "true ones it keeps, and the error of the positions, as mean and worst over seeds.");
   Options o;
-  line.add_option("file", o.input, "g2o file of poses, 2D or 3D, plain or gzip").required();
+  line.add_file("file", o.input, "g2o file of poses, 2D or 3D, plain or gzip").required();
   line.add_number("--loops", o.loops, 1, 1'000'000, "number of false loops of a set");
-  line.add_number("--first", o.first, 0, 1'000'000, "first seed");
-  line.add_number("--last", o.last, 0, 1'000'000, "last seed");
-  line.add_option("--methods", o.methods, "cycles, gnc, dcs, pcm or pcm-scaled").delimiter(',');
+  line.add_number("--first-seed", o.first, 0, 1'000'000, "seed of the first set");
+  line.add_number("--seeds", o.seeds, 1, 1'000'000, "number of sets of each kind");
+  line.add_option("--rejection", o.methods, "cycles, gnc, dcs, pcm or pcm-scaled").delimiter(',');
   line.add_option("--write", o.write, "folder for the sets as g2o files, false loops last")
       .shown_as("DIR");
-  line.example("graph.g2o --loops 500 --methods cycles,gnc", "two methods beside each other");
+  line.example("graph.g2o --loops 500 --rejection cycles,gnc", "two methods beside each other");
   if (const auto code = line.parse(argc, argv)) return *code;
   return exit_code("false_loops", run(o));
 }

@@ -20,7 +20,7 @@ struct LoopConsistencyOptions {
   /// Number of false loops accepted by chance that is tolerated: a loop is accepted if a false one
   /// would agree as well with a probability of at most this by the number of loops compared and not
   /// accepted so far. Larger: more loops along uncertain paths are accepted, true and false ones.
-  double max_false = 0.3;
+  double max_false = 0.05;
   /// Factor of all covariances; 0: estimated from the loops' agreement with the odometry, between
   /// 1/32 and 1. Smaller: fewer false loops pass.
   double noise_scale = 0.0;
