@@ -196,7 +196,7 @@ TEST_F(EmsTc, StartsFromCodeOnlyRanges) {
     EXPECT_EQ(f.cause, DriveFinding::Cause::no_velocity) << f.text;
   const auto result = run_gnss_ins(recording, ems_options());
   ASSERT_TRUE(result) << result.error().to_string();
-  EXPECT_THAT(check_run(recording, *result), testing::IsEmpty());
+  EXPECT_THAT(check_run(recording, *result), ::testing::IsEmpty());
   eval::SigmaCount<9> within;
   for (const GnssInsPoint& p : result->points) {
     const auto i = static_cast<std::size_t>(std::lround(100.0 * p.nav.time.seconds()));

@@ -130,19 +130,19 @@ TEST(GnssInsStart, TheErrorSaysWhatIsMissing) {
   const GnssInsRecording good = recorded(drive, s, 7);
   GnssInsRecording r = good;
   for (RangeEpoch& e : r.ranges) e.satellites.resize(3);
-  EXPECT_THAT(message(r), testing::HasSubstr("at least four satellites"));
+  EXPECT_THAT(message(r), ::testing::HasSubstr("at least four satellites"));
   // Turns all the time: no straight, no rest.
   r = without_rates(good);
   for (ImuSample& i : r.imu) i.angular_rate_radps.z() += 1.0;
-  EXPECT_THAT(message(r), testing::HasSubstr("no Doppler"));
+  EXPECT_THAT(message(r), ::testing::HasSubstr("no Doppler"));
   r = good;
   for (ImuSample& i : r.imu) i.time += std::chrono::seconds(1000);
-  EXPECT_THAT(message(r), testing::HasSubstr("imu_time_offset_s"));
+  EXPECT_THAT(message(r), ::testing::HasSubstr("imu_time_offset_s"));
   r = good;
   r.ranges.resize(6);  // the vehicle has just moved off
-  EXPECT_THAT(message(r), testing::HasSubstr("start_speed_mps"));
+  EXPECT_THAT(message(r), ::testing::HasSubstr("start_speed_mps"));
   GnssIns filter{GnssInsOptions{}};
-  EXPECT_THAT(filter.missing(), testing::HasSubstr("no usable inertial readings"));
+  EXPECT_THAT(filter.missing(), ::testing::HasSubstr("no usable inertial readings"));
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ Result<Doubt> run(const Options& o) {
   if (!result) return explained(result.error(), found);
   const double took_s = progress.finish();
   for (DriveFinding& f : check_run(recording->recording, *result)) found.push_back(std::move(f));
+  for (const DriveFinding& f : found) recording->remarks.push_back(line_of(f));
 
   const std::string source = o.files.observations.empty()
                                  ? (o.files.ranges.empty() ? o.files.fixes : o.files.ranges)

@@ -217,6 +217,7 @@ struct Reader {
   }
 
   [[nodiscard]] Result<void> start(const Json& value, NavConfig& config) const {
+    if (value.is_null()) return {};
     config.start.emplace();
     if (auto done = section(start_keys(*config.start, config.start_time_s), "start", value); !done)
       return done;
@@ -360,8 +361,7 @@ std::string default_nav_config() {
                   {"leap_seconds", 18},
                   {"velocity_late_s", 0.0}};
   fill_filter(json, c);
-  GnssInsStart start;
-  fill(json["start"], start_keys(start, c.start_time_s));
+  json["start"] = nullptr;
   return json.dump(2) + "\n";
 }
 

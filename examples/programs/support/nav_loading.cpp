@@ -71,8 +71,9 @@ Result<io::NavRecording> load_nav_recording(const NavFiles& files, const NavConf
   const auto fixes = [&](const std::string& path, const io::ColumnFormat& format) {
     return ros::read_fixes(path, format, files.topics);
   };
-  auto loaded =
-      io::read_nav_recording(files, config, {progress, print_problems, imu, fixes, apart});
+  auto loaded = io::read_nav_recording(
+      files, config,
+      {progress, print_problems, imu, fixes, apart, config.filter.imu_time_offset_s});
   if (loaded) apply(config, loaded->recording);
   return loaded;
 }

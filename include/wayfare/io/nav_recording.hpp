@@ -63,7 +63,8 @@ struct NavReading {
   std::function<Result<ImuFile>(const std::string&, const ColumnFormat&)> imu = read_imu;
   /// Of the file of fixes.
   std::function<Result<FixFile>(const std::string&, const ColumnFormat&)> fixes = read_fixes;
-  bool apart = false;  ///< streams that do not overlap in time are no error
+  bool apart = false;              ///< streams that do not overlap in time are no error
+  double imu_time_offset_s = 0.0;  ///< of the unit's times, where the overlap is checked
 };
 
 /// Reads all files and sorts each stream by time. Errors: those of the readers; no inertial samples

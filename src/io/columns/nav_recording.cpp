@@ -46,9 +46,9 @@ std::string reasons(const std::map<RangeRefusal, std::size_t>& counts) {
 /// An error, with the gap, for streams that do not overlap in time.
 template <class Measurements>
 Result<void> check_overlap(const char* what, const std::vector<ImuSample>& imu,
-                           const Measurements& other) {
+                           const Measurements& other, Duration imu_offset) {
   if (other.empty()) return {};
-  const LogTime first = imu.front().time, last = imu.back().time;
+  const LogTime first = imu.front().time + imu_offset, last = imu.back().time + imu_offset;
   const LogTime begin = other.front().time, end = other.back().time;
   if (begin <= last && first <= end) return {};
   const bool late = begin > last;
@@ -59,7 +59,9 @@ Result<void> check_overlap(const char* what, const std::vector<ImuSample>& imu,
       (late ? " after the inertial samples end" : " before the inertial samples begin");
   if (std::abs(weeks - std::round(weeks)) < 0.02 && weeks > 0.5)
     text += ": about " + eval::fixed(std::round(weeks), 0) + " GPS weeks apart";
-  text += "; the files are of different drives, or one clock needs a conversion";
+  text +=
+      "; the files are of different drives, or the unit's clock needs imu_time_offset_s or a "
+      "conversion";
   return Error{ErrorCode::invalid, text};
 }
 
@@ -107,9 +109,11 @@ class Loader {
                    "ranges, or fixes"};
     if (auto done = load_truth(); !done) return done.error();
     if (reading_.apart) return std::move(out_);
+    const Duration offset = from_seconds(reading_.imu_time_offset_s);
     for (const Result<void>& check :
-         {check_overlap("range epochs", r.imu, r.ranges), check_overlap("fixes", r.imu, r.fixes),
-          check_overlap("reference states", r.imu, out_.truth.states)})
+         {check_overlap("range epochs", r.imu, r.ranges, offset),
+          check_overlap("fixes", r.imu, r.fixes, offset),
+          check_overlap("reference states", r.imu, out_.truth.states, offset)})
       if (!check) return check.error();
     return std::move(out_);
   }
