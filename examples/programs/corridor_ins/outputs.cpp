@@ -15,13 +15,6 @@ namespace {
 
 double degrees(double radians) { return Angle::radians(radians).degrees(); }
 
-Trajectory trajectory_of(const CorridorRun& run) {
-  Trajectory t;
-  for (const CorridorEpoch& e : run.epochs)
-    t.push_back({e.time, Transform2<frame::Map, frame::Base>(e.pose)});
-  return t;
-}
-
 std::vector<eval::Evaluated> errors_of(const CorridorOutputs& o) {
   const Trajectory aided = trajectory_of(o.run), unaided = trajectory_of(o.unaided);
   return compare(o.truth, {{"with walls", aided}, {"without", unaided}});
@@ -152,7 +145,7 @@ eval::Table events_table(const CorridorOutputs& o) {
 
 io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
   io::Report report(o.title);
-  report.facts(o.facts);
+  report.doubt(o.doubt).facts(o.facts);
   for (const auto& [title, table] : tables_of(o)) report.heading(title).table(table);
   const std::vector<eval::Evaluated> errors = errors_of(o);
   report.heading("Path").plot(paths_plot(o, errors));
@@ -171,6 +164,13 @@ io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
 }
 
 }  // namespace
+
+Trajectory trajectory_of(const CorridorRun& run) {
+  Trajectory t;
+  for (const CorridorEpoch& e : run.epochs)
+    t.push_back({e.time, Transform2<frame::Map, frame::Base>(e.pose)});
+  return t;
+}
 
 TitledTables tables_of(const CorridorOutputs& o) {
   TitledTables tables = o.tables;

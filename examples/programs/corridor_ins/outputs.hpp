@@ -28,8 +28,12 @@ struct CorridorOutputs {
   Facts facts = {};
   TitledTables tables = {};
   std::vector<WallChange> walls = {};         ///< walls.csv and its plots, if there are any
+  std::string doubt = {};                     ///< why the result is in doubt; empty: it is not
   std::vector<DetectorEpoch> detectors = {};  ///< may be empty: then detectors.txt is not written
 };
+
+/// One pose per epoch.
+[[nodiscard]] Trajectory trajectory_of(const CorridorRun& run);
 
 /// The run's own tables, and errors with and without walls, if the truth is known.
 [[nodiscard]] TitledTables tables_of(const CorridorOutputs& outputs);

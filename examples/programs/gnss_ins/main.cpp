@@ -23,7 +23,7 @@ struct Options : OutputArguments {
   bool no_constraints = false;
 };
 
-Result<void> run(const Options& o) {
+Result<Doubt> run(const Options& o) {
   auto config = read_nav_config(o.config);
   if (!config) return config.error();
   if (o.no_constraints) config->filter.non_holonomic_in_outage = false;
@@ -31,7 +31,7 @@ Result<void> run(const Options& o) {
   if (!outages) return outages.error();
   if (auto ready = o.prepare({"trajectory.txt", "trajectory.tum", "states.txt", "report.html"});
       !ready)
-    return ready;
+    return ready.error();
   ProgressLine reading("reading", o.quiet);
   auto recording = load_nav_recording(o.files, *config, std::ref(reading));
   if (!recording) return recording.error();
@@ -59,11 +59,11 @@ Result<void> run(const Options& o) {
       took_s,
       o.rate_hz};
   const NavFindings findings = evaluate(outputs);
-  if (auto done = write_nav_outputs(o, outputs, findings); !done) return done;
+  if (auto done = write_nav_outputs(o, outputs, findings); !done) return done.error();
   if (!o.quiet)
     std::printf("%s\nreport: %s\n", summary(outputs, findings).c_str(),
                 o.path("report.html").c_str());
-  return {};
+  return findings.doubt;
 }
 
 void add_files(CommandLine& app, NavFiles& files) {
