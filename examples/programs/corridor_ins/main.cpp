@@ -224,12 +224,6 @@ std::optional<LocalPlane> plane_of(const Options& o) {
                     Angle::degrees(o.origin[2])};
 }
 
-void add_doubts(Job& job, const CorridorRun& run) {
-  const CorridorReport& r = run.report;
-  doubt_share(job.doubt, r.refused_walls, r.scans_with_walls, "scans with walls are refused");
-  doubt_odometry(job.doubt, job.recording, trajectory_of(run));
-}
-
 Result<Doubt> run(const Options& o) {
   if (o.log.empty() == (o.simulated == 0)) return bad_use("either a LOG or --simulated is needed");
   std::vector<std::string> files = {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png",
@@ -250,7 +244,8 @@ Result<Doubt> run(const Options& o) {
                           job->drive.has_value(),
                           plane_of(o)};
   add_bias_facts(*job, *runs, o, outputs.facts);
-  add_doubts(*job, runs->aided);
+  doubt_share(job->doubt, runs->aided.report.refused_walls, runs->aided.report.scans_with_walls,
+              "scans with walls are refused");
   outputs.doubt = job->doubt.why;
   add_report_facts(runs->aided.report, outputs.facts);
   add_direction_facts(*runs, outputs.facts);

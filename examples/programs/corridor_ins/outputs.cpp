@@ -15,6 +15,13 @@ namespace {
 
 double degrees(double radians) { return Angle::radians(radians).degrees(); }
 
+Trajectory trajectory_of(const CorridorRun& run) {
+  Trajectory t;
+  for (const CorridorEpoch& e : run.epochs)
+    t.push_back({e.time, Transform2<frame::Map, frame::Base>(e.pose)});
+  return t;
+}
+
 std::vector<eval::Evaluated> errors_of(const CorridorOutputs& o) {
   const Trajectory aided = trajectory_of(o.run), unaided = trajectory_of(o.unaided);
   return compare(o.truth, {{"with walls", aided}, {"without", unaided}});
@@ -164,13 +171,6 @@ io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
 }
 
 }  // namespace
-
-Trajectory trajectory_of(const CorridorRun& run) {
-  Trajectory t;
-  for (const CorridorEpoch& e : run.epochs)
-    t.push_back({e.time, Transform2<frame::Map, frame::Base>(e.pose)});
-  return t;
-}
 
 TitledTables tables_of(const CorridorOutputs& o) {
   TitledTables tables = o.tables;

@@ -32,9 +32,6 @@ struct CorridorOutputs {
   std::vector<DetectorEpoch> detectors = {};  ///< may be empty: then detectors.txt is not written
 };
 
-/// One pose per epoch.
-[[nodiscard]] Trajectory trajectory_of(const CorridorRun& run);
-
 /// The run's own tables, and errors with and without walls, if the truth is known.
 [[nodiscard]] TitledTables tables_of(const CorridorOutputs& outputs);
 
