@@ -51,6 +51,19 @@ TEST(Report, AnInvalidPictureIsReplacedByALine) {
   EXPECT_THAT(Report("t").image({}, "map").html(), HasSubstr("map: a picture of 0 x 0 pixels"));
 }
 
+TEST(Report, ADoubtStandsAboveTheBlocks) {
+  Report report("t");
+  report.heading("Map");
+  const std::string html = report.html(), json = report.json();
+  EXPECT_THAT(html, Not(HasSubstr("doubt")));
+  EXPECT_THAT(json, Not(HasSubstr("doubt")));
+  EXPECT_EQ(report.doubt("3 < 4").doubt("").html(), html);
+  const std::string doubted = report.doubt("3 < 4").html();
+  EXPECT_LT(doubted.find("3 &lt; 4"), doubted.find("<h2>Map"));
+  EXPECT_GT(doubted.find("3 &lt; 4"), doubted.find("<h1>t"));
+  EXPECT_THAT(report.json(), HasSubstr("\"doubt\": \"3 < 4\",\n\"blocks\""));
+}
+
 TEST(Plot, PlacesPointsExactly) {
   // One series from (0, 0) to (10, 5): widened by 3 %, so 0 lies 0.3/10.6 of the width in.
   const std::string svg = to_svg({"t", "x", "y", {{"s", {0, 10}, {0, 5}, Mark::line}}});

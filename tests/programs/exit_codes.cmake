@@ -58,7 +58,7 @@ foreach(_case IN ITEMS "play_recording" "slam_node;--config" "hector_node;--conf
 endforeach()
 
 # No program is forgotten.
-set(_without_files corridor_study demo feet_study hallway_comparison ins_consistency lidar_driver_node
+set(_without_files corridor_study demo endless_runs feet_study hallway_comparison ins_consistency lidar_driver_node
     hector_node localisation_table pedestrian_node pedestrian_slam_node pedestrian_slam_study play_recording
     radar_driver_node radar_slam_study radar_statistics slam_node sweep_study xsens_driver_node)
 get_property(_all GLOBAL PROPERTY WAYFARE_PROGRAMS)

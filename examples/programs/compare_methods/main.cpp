@@ -35,8 +35,8 @@ std::vector<const Method*> chosen(const Options& o) {
   return result;
 }
 
-Result<MethodData> read_data(const Options& o) {
-  auto recording = read_robot_log(o.log, o.topics);
+Result<MethodData> read_data(const Options& o, Doubt& doubt) {
+  auto recording = read_robot_log(o.log, o.topics, true, &doubt);
   if (!recording) return recording.error();
   drop_still_odometry(*recording);
   auto unit = o.unit.read(o.log, o.topics);
@@ -79,25 +79,27 @@ Facts facts_of(const MethodData& data, const Truth& truth) {
   return facts;
 }
 
-Result<void> run(const Options& o) {
-  const auto data = read_data(o);
+Result<Doubt> run(const Options& o) {
+  Doubt doubt;
+  const auto data = read_data(o, doubt);
   if (!data) return data.error();
   const auto truth = o.read_truth(data->recording);
   if (!truth) return truth.error();
   std::vector<std::string> names;
   for (const Method* method : chosen(o)) names.push_back(method->name);
-  if (auto ready = o.prepare(files_of(names)); !ready) return ready;
-  MethodOutputs outputs{"Methods on " + o.log, {}, {}, *truth, facts_of(*data, *truth)};
+  if (auto ready = o.prepare(files_of(names)); !ready) return ready.error();
+  MethodOutputs outputs{"Methods on " + o.log, {}, {}, *truth, facts_of(*data, *truth), doubt.why};
   run_all(o, *data, outputs);
   if (outputs.runs.empty())
     return Error{ErrorCode::not_found,
                  "no method can follow it; " + outputs.left_out.front().first + ": " +
                      outputs.left_out.front().second,
                  o.log};
-  if (auto done = write_methods(o, outputs); !done || o.quiet) return done;
+  if (auto done = write_methods(o, outputs); !done) return done.error();
+  if (o.quiet) return doubt;
   std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(),
               to_text(tables_of(outputs)).c_str(), o.path("report.html").c_str());
-  return {};
+  return doubt;
 }
 
 std::string footer() {

@@ -80,7 +80,7 @@ Result<void> write_methods(const OutputArguments& to, const MethodOutputs& o) {
   const std::vector<eval::Evaluated> errors = errors_of(o);
   const std::vector<io::Plot> paths = paths_plots(o, errors);
   io::Report report(o.title);
-  report.facts(o.facts);
+  report.doubt(o.doubt).facts(o.facts);
   for (const auto& [title, table] : tables_of(o)) report.heading(title).table(table);
   report.heading("Paths");
   for (const io::Plot& plot : paths) report.plot(plot);

@@ -27,6 +27,7 @@ struct MethodOutputs {
   std::vector<std::pair<std::string, std::string>> left_out;  ///< methods, and the reasons
   const Truth& truth;
   Facts facts = {};
+  std::string doubt = {};  ///< why the log is in doubt; empty: it is not
 };
 
 /// Their paths and, with truth, errors; the methods that were left out.

@@ -16,6 +16,7 @@
 #include "outputs.hpp"
 #include "support/option_fields.hpp"
 #include "support/progress_line.hpp"
+#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -41,6 +42,7 @@ struct Job {
   Truth truth;
   std::optional<sim::CorridorDrive> drive;
   double rest_s = 0.0;
+  Doubt doubt = {};
 };
 
 Result<Job> simulated_job(const Options& o) {
@@ -57,10 +59,11 @@ Result<Job> simulated_job(const Options& o) {
 }
 
 Result<Job> log_job(const Options& o) {
-  auto recording = read_robot_log(o.log, o.topics);
+  Doubt doubt;
+  auto recording = read_robot_log(o.log, o.topics, true, &doubt);
   if (!recording) return recording.error();
   const CorridorInsOptions options = corridor_options_of(*recording);
-  Job job{*std::move(recording), options, {}, {}, 0.0};
+  Job job{*std::move(recording), options, {}, {}, 0.0, std::move(doubt)};
   auto truth = o.read_truth(job.recording);
   if (!truth) return truth.error();
   job.truth = *std::move(truth);
@@ -221,15 +224,15 @@ std::optional<LocalPlane> plane_of(const Options& o) {
                     Angle::degrees(o.origin[2])};
 }
 
-Result<void> run(const Options& o) {
+Result<Doubt> run(const Options& o) {
   if (o.log.empty() == (o.simulated == 0)) return bad_use("either a LOG or --simulated is needed");
   std::vector<std::string> files = {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png",
                                     "report.html"};
   if (o.simulated > 0) files.emplace_back("log.carmen");
   if (o.wall_noise) files.emplace_back("walls.csv");
   if (o.compare) files.emplace_back("detectors.txt");
-  if (auto ready = o.prepare(files); !ready) return ready;
-  const auto job = make_job(o);
+  if (auto ready = o.prepare(files); !ready) return ready.error();
+  auto job = make_job(o);
   if (!job) return job.error();
   const auto runs = run_all(*job, o);
   if (!runs) return runs.error();
@@ -241,6 +244,9 @@ Result<void> run(const Options& o) {
                           job->drive.has_value(),
                           plane_of(o)};
   add_bias_facts(*job, *runs, o, outputs.facts);
+  doubt_share(job->doubt, runs->aided.report.refused_walls, runs->aided.report.scans_with_walls,
+              "scans with walls are refused");
+  outputs.doubt = job->doubt.why;
   add_report_facts(runs->aided.report, outputs.facts);
   add_direction_facts(*runs, outputs.facts);
   if (o.compare) {
@@ -260,14 +266,14 @@ Result<void> run(const Options& o) {
     const Facts noise = facts_of(outputs.walls);
     outputs.facts.insert(outputs.facts.end(), noise.begin(), noise.end());
   }
-  if (auto done = write_corridor_outputs(o, outputs); !done) return done;
+  if (auto done = write_corridor_outputs(o, outputs); !done) return done.error();
   if (job->drive)
     if (auto done = io::write_carmen(o.path("log.carmen"), job->recording, o.write()); !done)
-      return done;
+      return done.error();
   if (!o.quiet)
     std::printf("%s%s\nreport: %s\n", to_text(outputs.facts, 18).c_str(),
                 to_text(tables_of(outputs)).c_str(), o.path("report.html").c_str());
-  return {};
+  return std::move(job->doubt);
 }
 
 void add_options(CommandLine& app, Options& o) {

@@ -152,7 +152,7 @@ eval::Table events_table(const CorridorOutputs& o) {
 
 io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
   io::Report report(o.title);
-  report.facts(o.facts);
+  report.doubt(o.doubt).facts(o.facts);
   for (const auto& [title, table] : tables_of(o)) report.heading(title).table(table);
   const std::vector<eval::Evaluated> errors = errors_of(o);
   report.heading("Path").plot(paths_plot(o, errors));

@@ -28,6 +28,7 @@ struct CorridorOutputs {
   Facts facts = {};
   TitledTables tables = {};
   std::vector<WallChange> walls = {};         ///< walls.csv and its plots, if there are any
+  std::string doubt = {};                     ///< why the result is in doubt; empty: it is not
   std::vector<DetectorEpoch> detectors = {};  ///< may be empty: then detectors.txt is not written
 };
 

@@ -96,7 +96,8 @@ Result<Doubt> run(const Options& o) {
       *std::move(outages),
       took_s,
       o.rate_hz};
-  const NavFindings findings = evaluate(outputs);
+  NavFindings findings = evaluate(outputs);
+  if (Doubt named = doubt_of(found); !named.why.empty()) findings.doubt = std::move(named);
   if (auto done = first_error({write_nav_outputs(o, outputs, findings),
                                write_track_files(o, o.formats, track_of(outputs))});
       !done)
@@ -104,7 +105,7 @@ Result<Doubt> run(const Options& o) {
   if (!o.quiet)
     std::printf("%s\nreport: %s\n", summary(outputs, findings).c_str(),
                 o.path("report.html").c_str());
-  return doubt_of(found);
+  return findings.doubt;
 }
 
 void add_files(CommandLine& app, NavFiles& files) {

@@ -37,7 +37,10 @@ std::vector<OptionField> fields(GraphSlamOptions& o) {
           option_field("loops_per_search", o.loops_per_search),
           option_field("loop_score", o.loop_score),
           option_field("wide_loop_score", o.wide_loop_score),
-          option_field("loop_kernel_sigmas", o.loop_kernel_sigmas)};
+          option_field("loop_kernel_sigmas", o.loop_kernel_sigmas),
+          option_field("nodes_before_merging", o.nodes_before_merging),
+          option_field("merge_distance_m", o.merge_distance_m),
+          option_field("merge_turn_deg", o.merge_turn)};
 }
 
 Result<LogRun> run(const Recording& recording, const GraphSlamOptions& options,

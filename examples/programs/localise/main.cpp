@@ -13,6 +13,7 @@
 
 #include "outputs.hpp"
 #include "support/progress_line.hpp"
+#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -126,6 +127,17 @@ Facts facts_of(const Timed<LocalisationRun>& timed) {
       {"took", speed(timed.took_s, seconds_at(outcomes.back()), 2)}};
 }
 
+void add_doubts(const LocalisationRun& run, bool has_odometry, Doubt& doubt) {
+  const auto& outcomes = run.outcomes;
+  const LocalisationOutcome& last = outcomes.back();
+  if (!last.converged) doubt.add("at the end " + status_of(last));
+  doubt_share(doubt, run.refused_scans, outcomes.size() + run.refused_scans, "scans are refused");
+  const auto refused = std::ranges::count(outcomes, true, &LocalisationOutcome::odometry_refused);
+  if (has_odometry)
+    doubt_share(doubt, static_cast<std::size_t>(refused), outcomes.size(),
+                "scans have no plausible odometry");
+}
+
 Result<Doubt> run(const Options& o) {
   if (!std::isfinite(o.localisation.max_range_m)) return bad_use("--max-range must be a number");
   if (!std::all_of(o.initial.begin(), o.initial.end(), [](double v) { return std::isfinite(v); }))
@@ -134,7 +146,8 @@ Result<Doubt> run(const Options& o) {
     return bad_use("localisation by radar needs a --radar-map");
   const auto maps = read_maps(o);
   if (!maps) return maps.error();
-  const auto recording = read_robot_log(o.log, o.topics);
+  Doubt doubt;
+  const auto recording = read_robot_log(o.log, o.topics, true, &doubt);
   if (!recording) return recording.error();
   const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
@@ -143,14 +156,18 @@ Result<Doubt> run(const Options& o) {
   const auto timed = localise(o, *maps, *recording);
   if (!timed) return timed.error();
   print_refused_scans(timed->slam.refused_scans, timed->slam.first_refusal);
-  const LocalisationOutputs outputs{"Localisation of " + o.log + " on " + o.map, maps->image,
-                                    timed->slam, *truth, facts_of(*timed)};
+  add_doubts(timed->slam, !recording->odometry.empty(), doubt);
+  const LocalisationOutputs outputs{"Localisation of " + o.log + " on " + o.map,
+                                    maps->image,
+                                    timed->slam,
+                                    *truth,
+                                    facts_of(*timed),
+                                    doubt.why};
   if (auto done = write_localisation(o, outputs); !done) return done.error();
   if (!o.quiet)
     std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(),
                 to_text(localisation_errors(outputs)).c_str(), o.path("report.html").c_str());
-  const LocalisationOutcome& last = timed->slam.outcomes.back();
-  return Doubt{last.converged ? "" : "at the end " + status_of(last)};
+  return doubt;
 }
 
 void add_options(CommandLine& app, Options& o) {

@@ -98,7 +98,7 @@ void add_pictures(io::Report& report, const LocalisationOutputs& o) {
     for (const PoseParticle& p : shot.particles) painter.dot(p.T_map_base.translation(), io::kRed);
     if (const auto truth = pose_at(o.truth.poses, shot.time))
       painter.dot(truth->translation(), io::kGreen, 9);
-    report.image(painter.picture(),
+    report.image(painter.rows(),
                  std::to_string(shot.particles.size()) + " particles after " +
                      eval::fixed(to_seconds(shot.time - start), 1) + " s" +
                      (!o.truth.known() ? "." : "; the square is the true position."));
@@ -106,14 +106,14 @@ void add_pictures(io::Report& report, const LocalisationOutputs& o) {
   io::MapPainter painter(o.map);
   painter.path(points_of(o.truth.poses), io::kGreen);
   for (const Eigen::Vector2d& p : points_of(o.run.trajectory(true))) painter.dot(p, io::kBlue, 3);
-  report.image(painter.picture(), !o.truth.known()
-                                      ? "The converged poses."
-                                      : "The true path and, in blue, the converged poses.");
+  report.image(painter.rows(), !o.truth.known()
+                                   ? "The converged poses."
+                                   : "The true path and, in blue, the converged poses.");
 }
 
 io::Report report_of(const LocalisationOutputs& o) {
   io::Report report(o.title);
-  report.facts(o.facts);
+  report.doubt(o.doubt).facts(o.facts);
   const Errors errors = errors_of(o);
   for (const auto& [title, table] : localisation_errors(o)) report.heading(title).table(table);
   report.heading("Particles");

@@ -18,6 +18,7 @@ struct LocalisationOutputs {
   const LocalisationRun& run;
   const Truth& truth;  ///< in the map's frame; may be unknown
   Facts facts = {};
+  std::string doubt = {};  ///< why the result is in doubt; empty: it is not
 };
 
 /// Errors of the converged poses and of all scans; no tables without truth.

@@ -10,6 +10,7 @@
 #include <wayfare/slam/radar_slam.hpp>
 
 #include "config.hpp"
+#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -29,6 +30,7 @@ struct Inputs {
   Truth truth;
   std::vector<eval::Relation> relations;
   SlamSensors sensors = SlamSensors::lidar;
+  Doubt doubt;
 };
 
 /// --sensors, by default those of the recording.
@@ -41,7 +43,7 @@ SlamSensors sensors_of(const Options& o, const Recording& recording) {
 
 Result<Inputs> read_inputs(const Options& o) {
   Inputs inputs;
-  auto recording = read_robot_log(o.log, o.topics, false);
+  auto recording = read_robot_log(o.log, o.topics, false, &inputs.doubt);
   if (!recording) return recording.error();
   if (recording->scans.empty() && recording->radar.empty())
     return Error{ErrorCode::not_found, "contains neither laser scans nor radar points", o.log};
@@ -125,25 +127,34 @@ SlamOutputs outputs_of(const Options& o, const Inputs& inputs, const Timed<Radar
   return outputs;
 }
 
-Result<void> run(Options o) {
-  if (auto ok = read_config(o.config_file, o.config); !ok) return ok;
-  const auto inputs = read_inputs(o);
+void add_doubts(const RadarSlamRun& slam, const Recording& recording, Doubt& doubt) {
+  const RbpfStatistics& s = slam.statistics;
+  doubt_share(doubt, slam.refused_scans, s.scans + slam.refused_scans, "scans are refused");
+  doubt_share(doubt, s.matches_refused, s.matches + s.matches_refused, "matches are refused");
+  doubt_odometry(doubt, recording, slam.trajectory);
+}
+
+Result<Doubt> run(Options o) {
+  if (auto ok = read_config(o.config_file, o.config); !ok) return ok.error();
+  auto inputs = read_inputs(o);
   if (!inputs) return inputs.error();
   const auto more = picture_files(o.config.slam.keep_paths, o.draw_scans);
-  if (auto ready = prepare_folder(o.out, o.write(), more); !ready) return ready;
-  if (auto ready = o.prepare_json(); !ready) return ready;
+  if (auto ready = prepare_folder(o.out, o.write(), more); !ready) return ready.error();
+  if (auto ready = o.prepare_json(); !ready) return ready.error();
   const auto run = run_filter(*inputs, o);
   if (!run) return run.error();
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const PoseGraph2 no_graph;
   SlamOutputs outputs = outputs_of(o, *inputs, *run, no_graph);
+  add_doubts(run->slam, inputs->recording, inputs->doubt);
+  outputs.doubt = inputs->doubt.why;
   if (!o.quiet)
     std::printf("%s%s", to_text(outputs.facts).c_str(), to_text(tables_of(outputs)).c_str());
   outputs.tables.emplace_back("Particles at the end", particles_table(run->slam));
   const auto report = write_slam_outputs(o.out, outputs, o.write(), o.json);
   if (!report) return report.error();
   if (!o.quiet) std::printf("\nreport: %s\n", report->c_str());
-  return {};
+  return std::move(inputs->doubt);
 }
 
 }  // namespace

@@ -126,6 +126,9 @@ class CommandLine {
 /// Why a result that was written is in doubt; empty: it is not.
 struct Doubt {
   std::string why;
+
+  /// Another reason.
+  void add(const std::string& reason) { why += (why.empty() ? "" : "; ") + reason; }
 };
 
 /// 1 for an error and 2 for bad_use(), which are printed on standard error.

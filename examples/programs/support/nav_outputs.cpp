@@ -114,6 +114,25 @@ eval::Table innovation_table(const GnssInsResult& run) {
   return table;
 }
 
+/// Of the positions and ranges, if the filter refused most of them.
+Doubt refused_measurements(const GnssInsResult& run) {
+  using Kind = InnovationRecord::Kind;
+  Doubt doubt;
+  for (const auto& [kind, what] :
+       {std::pair(Kind::range, "ranges"), std::pair(Kind::position, "positions")}) {
+    std::size_t all = 0, refused = 0;
+    for (const InnovationRecord& r : run.innovations) {
+      if (r.kind != kind) continue;
+      ++all;
+      refused += r.accepted ? 0 : 1;
+    }
+    if (2 * refused > all)
+      doubt.add(std::to_string(refused) + " of " + std::to_string(all) + " " + what +
+                " are refused by the filter");
+  }
+  return doubt;
+}
+
 eval::Table outage_errors(const NavOutputs& run, const eval::NavErrors& errors) {
   eval::Table table(
       {{"outage"}, {"satellites left"}, {"RMSE", "m"}, {"largest", "m"}, {"at the end", "m"}});
@@ -251,6 +270,7 @@ io::Trajectory3 local_trajectory(const std::vector<GnssInsPoint>& points) {
 
 NavFindings evaluate(const NavOutputs& run) {
   NavFindings f;
+  f.doubt = refused_measurements(run.run);
   f.plain = eval::plain_gnss(run.recording.recording, run.recording.truth);
   f.facts = facts_of(run);
   const char* what = run.config.truth_is_true ? "Errors against the reference"

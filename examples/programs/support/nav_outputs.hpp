@@ -37,6 +37,7 @@ struct NavFindings {
   eval::PlainGnss plain;
   Facts facts;
   TitledTables tables;
+  Doubt doubt;  ///< measurements refused
 };
 [[nodiscard]] NavFindings evaluate(const NavOutputs& run);
 

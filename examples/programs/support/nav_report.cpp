@@ -171,7 +171,7 @@ eval::Table remarks_table(const NavOutputs& run) {
 
 io::Report report_of(const NavOutputs& run, const NavFindings& f) {
   io::Report report(run.title, run.config.note);
-  report.facts(f.facts);
+  report.doubt(f.doubt.why).facts(f.facts);
   for (const auto& [title, table] : f.tables) report.heading(title).table(table);
   report.heading("Track").plot(track_plot(run, f));
   if (!f.errors.time_s.empty()) add_errors(report, run, f);

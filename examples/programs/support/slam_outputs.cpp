@@ -47,8 +47,7 @@ io::Plot paths_plot(const SlamOutputs& run, const std::vector<eval::Evaluated>& 
 }
 
 /// Those of all particles below the others, on the map.
-io::Plot particles_plot(const SlamOutputs& run, const std::vector<eval::Evaluated>& errors,
-                        const io::GridImage& grid) {
+io::Plot particles_plot(const SlamOutputs& run, const std::vector<eval::Evaluated>& errors) {
   io::Plot plot = paths_plot(run, errors);
   plot.title = "Paths of all particles";
   constexpr double kBreak = std::numeric_limits<double>::quiet_NaN();
@@ -58,12 +57,13 @@ io::Plot particles_plot(const SlamOutputs& run, const std::vector<eval::Evaluate
     all.add(kBreak, kBreak);
   }
   plot.series.insert(plot.series.begin(), std::move(all));
-  plot.image = io::plot_image(grid);
+  plot.image = io::plot_image(io::grid_image(run.map));
   return plot;
 }
 
 /// LiDAR and radar points along the path, on the map.
-io::Plot scans_plot(const SlamOutputs& run, const io::GridImage& grid) {
+io::Plot scans_plot(const SlamOutputs& run) {
+  const io::GridImage grid = io::grid_image(run.map);
   const ScanPoints points = place_scans(run.recording, run.trajectory, {});
   io::Plot plot = io::top_view("Scans along the path");
   const double spacing_m =
@@ -117,20 +117,20 @@ io::Plot graph_plot(const PoseGraph2& graph) {
   return plot;
 }
 
-io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
+io::Report report_of(const SlamOutputs& run) {
   std::vector<eval::Evaluated> errors = trajectory_errors(run);
   io::Report report(run.title);
-  report.facts(run.facts);
+  report.doubt(run.doubt).facts(run.facts);
   for (const auto& [title, table] : tables_of(run)) report.heading(title).table(table);
-  io::MapPainter painter(grid);
+  io::MapPainter painter(run.map);
   if (!errors.empty()) draw_truth(painter, run.truth, errors.back().errors);
-  report.heading("Map").image(painter.path(points_of(run.trajectory), io::kBlue).picture(),
+  report.heading("Map").image(painter.path(points_of(run.trajectory), io::kBlue).rows(),
                               errors.empty()
                                   ? "The map and the robot's path."
                                   : "The map, the robot's path and, in green, the true path.");
   report.heading("Trajectories").plot(paths_plot(run, errors));
-  if (!run.particle_paths.empty()) report.plot(particles_plot(run, errors, grid));
-  if (run.draw_scans) report.plot(scans_plot(run, grid));
+  if (!run.particle_paths.empty()) report.plot(particles_plot(run, errors));
+  if (run.draw_scans) report.plot(scans_plot(run));
   std::reverse(errors.begin(), errors.end());  // SLAM first, as in the other plots
   for (const io::Plot& plot : distance_plots(run.truth, errors)) report.plot(plot);
   if (!run.graph.poses.empty()) report.heading("Pose graph").plot(graph_plot(run.graph));
@@ -180,7 +180,7 @@ TitledTables tables_of(const SlamOutputs& run) {
 }
 
 io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
-  return io::MapPainter(io::grid_image(map)).path(points_of(trajectory), io::kBlue).picture();
+  return io::MapPainter(map).path(points_of(trajectory), io::kBlue).picture();
 }
 
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
@@ -191,7 +191,6 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
   for (const OtherEstimate& other : run.others) others.push_back(other.file);
   if (auto ready = prepare_folder(folder_name, options, others); !ready) return ready.error();
   const auto path = [&](const char* name) { return (folder / name).string(); };
-  const io::GridImage grid = io::grid_image(run.map);
 
   io::MapImageOptions map_options;
   map_options.file = options;
@@ -200,27 +199,25 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
   radar_options.occupied_threshold = 0.9;
   const auto done = first_error(
       {io::write_tum(path("trajectory.tum"), run.trajectory, options),
-       io::write_map(path("map"), grid, map_options),
-       run.radar_map
-           ? io::write_map(path("radar_map"), io::grid_image(*run.radar_map), radar_options)
-           : Result<void>(),
-       io::write_png(path("map.png"), io::to_picture(grid), options),
+       io::write_map(path("map"), run.map, map_options),
+       run.radar_map ? io::write_map(path("radar_map"), *run.radar_map, radar_options)
+                     : Result<void>(),
+       io::write_png(path("map.png"), io::picture_rows(run.map), options),
        run.graph.poses.empty() ? Result<void>()
                                : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
-       to.write_report(report_of(run, grid))});
+       to.write_report(report_of(run))});
   if (!done) return done.error();
   const auto write = [&](const char* name, const std::string& text) {
     return io::write_file(path(name), text, options);
   };
   if (!run.particle_paths.empty()) {
-    const io::Plot plot = particles_plot(run, trajectory_errors(run), grid);
+    const io::Plot plot = particles_plot(run, trajectory_errors(run));
     const auto drawn = first_error({write("particles.csv", particles_text(run.particle_paths)),
                                     write("particles.svg", io::to_svg_document(plot))});
     if (!drawn) return drawn.error();
   }
   if (run.draw_scans)
-    if (auto ok = write("scans.svg", io::to_svg_document(scans_plot(run, grid))); !ok)
-      return ok.error();
+    if (auto ok = write("scans.svg", io::to_svg_document(scans_plot(run))); !ok) return ok.error();
   for (const OtherEstimate& other : run.others)
     if (auto ok = io::write_tum(path(other.file.c_str()), other.trajectory, options); !ok)
       return ok.error();

@@ -41,6 +41,7 @@ struct SlamOutputs {
   std::vector<OtherEstimate> others = {};       ///< written, and shown beside SLAM's
   std::vector<Trajectory> particle_paths = {};  ///< drawn and written if there are any
   bool draw_scans = false;                      ///< the points of all scans along the path
+  std::string doubt = {};                       ///< why the result is in doubt; empty: it is not
 };
 
 /// The files of `particle_paths` and of `draw_scans`.

@@ -12,6 +12,8 @@
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
+#include "slam_doubt.hpp"
+
 namespace wayfare::examples {
 namespace {
 
@@ -84,6 +86,14 @@ Facts facts_of(const Recording& recording, const Timed<LogRun>& run) {
   return facts;
 }
 
+/// Scans are rarely refused or unmatched where a result is right.
+void add_doubts(const Recording& recording, const LogRun& slam, Doubt& doubt) {
+  constexpr double kShare = 0.1;
+  doubt_share(doubt, slam.refused_scans, recording.scans.size(), "scans are refused", kShare);
+  doubt_share(doubt, slam.unmatched_scans, slam.scans, "scans do not match the map", kShare);
+  doubt_odometry(doubt, recording, slam.trajectory);
+}
+
 Result<Doubt> run(const Arguments& o, const LogProgram& program) {
   if (auto ok = read_config(o.config, program); !ok) return ok.error();
   auto relations = read_relations_or_none(o.relations);
@@ -108,6 +118,8 @@ Result<Doubt> run(const Arguments& o, const LogProgram& program) {
       program.system + " of " + o.log, *recording, slam.trajectory, slam.map, slam.graph, *truth,
       facts_of(*recording, *run)};
   outputs.others = slam.others;
+  add_doubts(*recording, slam, doubt);
+  outputs.doubt = doubt.why;
   if (!relations->empty())
     outputs.tables.emplace_back(
         "Error over relations",
@@ -144,7 +156,7 @@ void say_state(const std::string& path, const io::CarmenLog& log, Doubt* doubt) 
       std::to_string(count.skipped_lines) + " of " + std::to_string(count.lines) +
       " lines of the log were skipped, most: " + log.problems.most_frequent();
   std::fprintf(stderr, "warning: %s: %s\n", path.c_str(), skipped.c_str());
-  if (doubt != nullptr && count.skipped_lines * 2 > count.lines) doubt->why = skipped;
+  if (doubt != nullptr && count.skipped_lines * 2 > count.lines) doubt->add(skipped);
 }
 
 }  // namespace

@@ -8,9 +8,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,11 +33,41 @@ struct Image {
   std::vector<std::uint8_t> pixels;  ///< width · height · channels
 };
 
+/// A picture of three channels whose rows are made one at a time, so that it is never in memory as
+/// a whole.
+class PictureRows {
+ public:
+  /// Writes red, green and blue of the pixels of a row, from the top, to 3 · width bytes.
+  using Draw = std::function<void(std::size_t row, std::span<std::uint8_t> pixels)>;
+
+  /// `draw` is called for each row once, from the top, and must remain valid until then.
+  PictureRows(std::size_t width, std::size_t height, Draw draw)
+      : width_(width), height_(height), draw_(std::move(draw)) {}
+
+  /// Pixels of a row.
+  [[nodiscard]] std::size_t width() const { return width_; }
+  /// Number of rows.
+  [[nodiscard]] std::size_t height() const { return height_; }
+  /// Makes a row below height().
+  void draw(std::size_t row, std::span<std::uint8_t> pixels) const { draw_(row, pixels); }
+  /// All rows.
+  [[nodiscard]] Image image() const;
+
+ private:
+  std::size_t width_, height_;
+  Draw draw_;
+};
+
 /// The bytes of a PNG file. Errors: no pixels, or inconsistent sizes.
 [[nodiscard]] Result<std::string> encode_png(const Image& image);
+/// The same of a picture made row by row.
+[[nodiscard]] Result<std::string> encode_png(const PictureRows& picture);
 
 /// Errors: those of encode_png; the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] Result<void> write_png(const std::string& path, const Image& image,
+                                     const WriteOptions& options = {});
+/// The same of a picture made row by row.
+[[nodiscard]] Result<void> write_png(const std::string& path, const PictureRows& picture,
                                      const WriteOptions& options = {});
 
 /// A rectangle of cells. Cell (column, row) covers from (column, row) · resolution on, in the frame
@@ -46,6 +79,37 @@ struct GridImage {
   SE2d origin{};               ///< of the first cell's lower left corner, in the map
   /// Probability that the cell is occupied, row by row from the lowest; NaN is unknown.
   std::vector<float> occupancy;
+};
+
+/// The cells of a map, read row by row without a copy of all. The map must outlive it.
+class GridRows {
+ public:
+  /// Those of the image; none if their number does not match its size.
+  GridRows(const GridImage& grid);  // NOLINT(google-explicit-constructor): a view
+  /// Those that grid_image() gives.
+  GridRows(const OccupancyGrid& map);  // NOLINT(google-explicit-constructor): a view
+
+  /// Columns.
+  [[nodiscard]] std::size_t width() const { return width_; }
+  /// Rows.
+  [[nodiscard]] std::size_t height() const { return height_; }
+  /// Side of a cell.
+  [[nodiscard]] double resolution_m() const { return resolution_m_; }
+  /// Of the first cell's lower left corner, in the map.
+  [[nodiscard]] const SE2d& origin() const { return origin_; }
+  /// The occupancy of a row below height(), from the lowest, to width() numbers; NaN is unknown.
+  void read(std::size_t row, std::span<float> occupancy) const;
+
+ private:
+  void read_tiles(std::size_t row, std::span<float> occupancy) const;
+
+  std::size_t width_ = 0, height_ = 0;
+  double resolution_m_;
+  SE2d origin_;
+  const GridImage* grid_ = nullptr;
+  const OccupancyGrid* map_ = nullptr;
+  CellBox box_{};                                          // of the map
+  std::shared_ptr<const std::vector<float>> probability_;  // by fixed-point log-odds
 };
 
 /// Thresholds of the YAML file, and whether files are replaced.
@@ -62,14 +126,16 @@ struct MapImageOptions {
 [[nodiscard]] GridImage grid_image(const OccupancyGrid& map);
 
 /// The image for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
-[[nodiscard]] Result<std::string> format_pgm(const GridImage& grid,
+[[nodiscard]] Result<std::string> format_pgm(const GridRows& grid,
                                              const MapImageOptions& options = {});
 /// The YAML file of `image_name`.
-[[nodiscard]] std::string format_map_yaml(const GridImage& grid, const std::string& image_name,
+[[nodiscard]] std::string format_map_yaml(const GridRows& grid, const std::string& image_name,
                                           const MapImageOptions& options = {});
 
 /// The image for viewing: grey by occupancy; unknown is a cool light grey.
-[[nodiscard]] Image to_picture(const GridImage& grid);
+[[nodiscard]] Image to_picture(const GridRows& grid);
+/// The same row by row; what `grid` views must outlive it.
+[[nodiscard]] PictureRows picture_rows(const GridRows& grid);
 
 using Colour = std::array<std::uint8_t, 3>;      ///< red, green, blue
 inline constexpr Colour kBlue = {21, 101, 192};  ///< of estimates
@@ -79,8 +145,11 @@ inline constexpr Colour kGreen = {46, 125, 50};  ///< of true paths
 /// Draws on the image of a map; positions in metres, in the map's frame.
 class MapPainter {
  public:
-  /// On to_picture(grid).
-  explicit MapPainter(const GridImage& grid);
+  /// On to_picture(grid). The map must outlive the painter and its rows().
+  explicit MapPainter(const GridImage& grid) : grid_(grid) {}
+  explicit MapPainter(const OccupancyGrid& map) : grid_(map) {}  ///< the same
+  MapPainter(GridImage&&) = delete;
+  MapPainter(OccupancyGrid&&) = delete;
 
   /// A square with a side of `side` pixels. What is outside of the picture, or not finite, is not
   /// drawn; the same for `path`, and for its lines of more than 5e14 pixels.
@@ -89,16 +158,25 @@ class MapPainter {
   MapPainter& path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour);
 
   /// With what was drawn.
-  [[nodiscard]] const Image& picture() const { return picture_; }
+  [[nodiscard]] Image picture() const { return rows().image(); }
+  /// The same row by row; without what is drawn later.
+  [[nodiscard]] PictureRows rows() const;
 
  private:
-  SE2d T_grid_map_;
-  double resolution_m_;
-  Image picture_;
+  struct Pixel {
+    std::uint32_t row, column;  // from the top left
+    Colour colour;
+  };
+  static void keep_last(std::vector<Pixel>& pixels);
+  void add(double row, double column, const Colour& colour);
+
+  GridRows grid_;
+  std::vector<Pixel> drawn_;  // in the order drawn
+  std::size_t sorted_ = 0;    // of these, by place
 };
 
-/// Writes `stem`.pgm and `stem`.yaml.
-[[nodiscard]] Result<void> write_map(const std::string& stem, const GridImage& grid,
+/// Writes `stem`.pgm and `stem`.yaml, the cells row by row.
+[[nodiscard]] Result<void> write_map(const std::string& stem, const GridRows& grid,
                                      const MapImageOptions& options = {});
 
 /// Reads a YAML file and its PGM, whose path is relative to the YAML file's folder. In `mode:

@@ -92,6 +92,11 @@ class Report {
   /// A report without blocks.
   explicit Report(std::string title, std::string subtitle = {});
 
+  /// Why the results are in doubt, in a box below the title; of the last call. Empty: no box.
+  Report& doubt(const std::string& why) {
+    doubt_ = why;
+    return *this;
+  }
   /// A heading in the report.
   Report& heading(const std::string& text);
   /// Plain text.
@@ -104,11 +109,14 @@ class Report {
   Report& plot(const Plot& plot);
   /// If the image cannot be encoded, a line with the reason is written instead.
   Report& image(const Image& image, const std::string& caption);
+  /// The same of a picture made row by row.
+  Report& image(const PictureRows& picture, const std::string& caption);
 
   /// The whole file.
   [[nodiscard]] std::string html() const;
-  /// The same blocks in their order as one JSON object: {"title", "subtitle", "blocks": […]}. A
-  /// block has one member, which says its kind:
+  /// The same blocks in their order as one JSON object: {"title", "subtitle", "blocks": […]},
+  /// with "doubt" before the blocks where there is one. A block has one member, which says its
+  /// kind:
   /// - "heading", "paragraph" and "image" (its caption): text;
   /// - "facts": [{"name", "text", "value", "unit"}], value and unit where the text is a number with
   ///   or without a unit;
@@ -125,8 +133,11 @@ class Report {
   }
 
  private:
+  Report& encoded(const Result<std::string>& png, const std::string& caption);
+
   std::string title_;
   std::string subtitle_;
+  std::string doubt_;
   std::string body_;
   std::vector<std::variant<std::string, Plot>> blocks_;  ///< a plot, or a block as JSON
 };

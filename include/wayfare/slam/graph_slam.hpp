@@ -9,8 +9,11 @@
 // become loop closures, after which the graph is optimised.
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/detail/owned.hpp>
@@ -66,6 +69,13 @@ struct GraphSlamOptions {
   double wide_loop_score = 0.68;    ///< … and of a wide one, where false maxima are likelier
   double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more robust
 
+  // Known area.
+  /// Number of nodes from which on those of known area are merged into older ones, so that their
+  /// number, and time and memory of a scan, grow with the area and not with time; 0: never.
+  int nodes_before_merging = 0;
+  double merge_distance_m = 1.0;            ///< of a node from an older one of an earlier visit
+  Angle merge_turn = Angle::degrees(30.0);  ///< the same, heading
+
   int threads = 1;  ///< loop candidates matched in parallel; any number gives the same result
 };
 
@@ -106,6 +116,13 @@ class GraphSlam {
   /// The map of all nodes' scans at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;
+
+  /// The complete state, to continue later as if without interruption.
+  [[nodiscard]] std::vector<std::uint8_t> save() const;
+  /// Continues from a saved state, with the options it was saved under. Errors name the byte:
+  /// another format, damage (by the digest at the end), values that no map has.
+  [[nodiscard]] static Result<GraphSlam> restore(std::span<const std::uint8_t> bytes,
+                                                 const GraphSlamOptions& options = {});
 
  private:
   class Engine;

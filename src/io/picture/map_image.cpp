@@ -1,20 +1,19 @@
 #include <wayfare/io/map_image.hpp>
 
-#include <png.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/statistics.hpp>
-
+#include "io/text/file_parts.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {
@@ -22,139 +21,70 @@ namespace {
 
 constexpr std::uint8_t kOccupied = 0, kFree = 254, kUnknown = 205;
 
-bool is_consistent(const GridImage& grid) {
-  return grid.width > 0 && grid.height > 0 && grid.occupancy.size() / grid.width == grid.height &&
-         grid.occupancy.size() % grid.width == 0;
-}
-
-}  // namespace
-
-Result<std::string> encode_png(const Image& image) {
-  constexpr std::size_t kLargest = std::size_t{1} << 20;
-  if (image.width == 0 || image.height == 0 || image.width > kLargest || image.height > kLargest)
-    return Error{ErrorCode::invalid, "a picture of " + std::to_string(image.width) + " x " +
-                                         std::to_string(image.height) + " pixels"};
-  if (image.channels != 1 && image.channels != 3)
-    return Error{ErrorCode::unsupported, "a picture has one channel or three"};
-  if (image.pixels.size() != image.width * image.height * image.channels)
-    return Error{ErrorCode::invalid, "the number of pixels does not match the picture's size"};
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = image.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-  std::string bytes(size, '\0');
-  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0, nullptr) == 0)
-    return Error{ErrorCode::io, std::string("PNG: ") + png.message};
-  bytes.resize(size);
-  return bytes;
-}
-
-Result<void> write_png(const std::string& path, const Image& image, const WriteOptions& options) {
-  const Result<std::string> bytes = encode_png(image);
-  if (bytes) return write_file(path, *bytes, options);
-  Error error = bytes.error();
-  error.source = path;
-  return error;
-}
-
-namespace {
-
-/// The bounds, or a part of them that can be kept in memory.
-CellBox bounds_of(const OccupancyGrid& map) {
-  constexpr int kReach = 2048;
-  const CellBox box = map.bounds().value_or(CellBox{});
-  if (box.cells() <= std::int64_t{1} << 30) return box;
-  std::vector<int> x, y;
-  map.for_each_tile([&](const Cell& first, const auto&) {
-    x.push_back(first.x);
-    y.push_back(first.y);
-  });
-  const Cell middle{upper_median_of(x), upper_median_of(y)};
-  return {{std::max(box.min.x, middle.x - kReach), std::max(box.min.y, middle.y - kReach)},
-          {std::min(box.max.x, middle.x + kReach), std::min(box.max.y, middle.y + kReach)}};
-}
-
-}  // namespace
-
-GridImage grid_image(const OccupancyGrid& map) {
-  const CellBox box = bounds_of(map);
-  GridImage image;
-  image.width = static_cast<std::size_t>(box.width());
-  image.height = static_cast<std::size_t>(box.height());
-  image.resolution_m = map.resolution_m();
-  // Rounded to the nanometre, since the product may be -1.4000000000000001 instead of -1.4.
-  const auto metres = [&](int cells) { return std::round(cells * map.resolution_m() * 1e9) / 1e9; };
-  image.origin = SE2d(metres(box.min.x), metres(box.min.y), Angle{});
-  image.occupancy.reserve(image.width * image.height);
-  for (int y = box.min.y; y <= box.max.y; ++y) {
-    for (int x = box.min.x; x <= box.max.x; ++x) {
-      const Cell cell{x, y};
-      image.occupancy.push_back(map.observed(cell) ? static_cast<float>(map.probability(cell))
-                                                   : std::nanf(""));
-    }
+/// The pixels of a row for programs.
+void to_trinary(std::span<const float> occupancy, const MapImageOptions& options,
+                std::string& pixels) {
+  pixels.clear();
+  for (const float cell : occupancy) {
+    const auto p = static_cast<double>(cell);
+    std::uint8_t value = kUnknown;
+    if (p >= options.occupied_threshold) value = kOccupied;
+    if (p <= options.free_threshold) value = kFree;
+    pixels += static_cast<char>(value);
   }
-  return image;
 }
 
-Result<std::string> format_pgm(const GridImage& grid, const MapImageOptions& options) {
-  if (!is_consistent(grid))
+/// Header and rows.
+Result<void> make_pgm(const GridRows& grid, const MapImageOptions& options,
+                      const AppendPart& append) {
+  if (grid.width() == 0 || grid.height() == 0)
     return Error{ErrorCode::invalid, "the number of cells does not match the map's size"};
-  std::string out =
-      "P5\n" + std::to_string(grid.width) + " " + std::to_string(grid.height) + "\n255\n";
-  out.reserve(out.size() + grid.occupancy.size());
-  for (std::size_t row = grid.height; row-- > 0;) {
-    for (std::size_t column = 0; column < grid.width; ++column) {
-      const auto p = static_cast<double>(grid.occupancy[row * grid.width + column]);
-      std::uint8_t value = kUnknown;
-      if (p >= options.occupied_threshold) value = kOccupied;
-      if (p <= options.free_threshold) value = kFree;
-      out += static_cast<char>(value);
-    }
+  append("P5\n" + std::to_string(grid.width()) + " " + std::to_string(grid.height()) + "\n255\n");
+  std::vector<float> occupancy(grid.width());
+  std::string pixels;
+  for (std::size_t row = grid.height(); row-- > 0;) {
+    grid.read(row, occupancy);
+    to_trinary(occupancy, options, pixels);
+    if (!append(pixels)) break;
   }
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> format_pgm(const GridRows& grid, const MapImageOptions& options) {
+  std::string out;
+  const auto made = make_pgm(grid, options, [&](std::string_view part) {
+    out += part;
+    return true;
+  });
+  if (!made) return made.error();
   return out;
 }
 
-std::string format_map_yaml(const GridImage& grid, const std::string& image_name,
+std::string format_map_yaml(const GridRows& grid, const std::string& image_name,
                             const MapImageOptions& options) {
   // A name in single quotes may contain any character; a quote in it is doubled.
   std::string name;
   for (const char c : image_name) name.append(c == '\'' ? 2 : 1, c);
   std::string out = "image: '" + name + "'";
   const auto add = [&](const char* key, double value) { text::append_number(out += key, value); };
-  add("\nresolution: ", grid.resolution_m);
-  add("\norigin: [", grid.origin.x());
-  add(", ", grid.origin.y());
-  add(", ", grid.origin.heading().radians());
+  add("\nresolution: ", grid.resolution_m());
+  add("\norigin: [", grid.origin().x());
+  add(", ", grid.origin().y());
+  add(", ", grid.origin().heading().radians());
   add("]\nnegate: 0\noccupied_thresh: ", options.occupied_threshold);
   add("\nfree_thresh: ", options.free_threshold);
   return out += '\n';
 }
 
-Image to_picture(const GridImage& grid) {
-  Image image{grid.width, grid.height, 3, {}};
-  if (!is_consistent(grid)) return Image{};
-  image.pixels.reserve(3 * grid.occupancy.size());
-  for (std::size_t row = grid.height; row-- > 0;) {
-    for (std::size_t column = 0; column < grid.width; ++column) {
-      const float p = grid.occupancy[row * grid.width + column];
-      if (std::isnan(p)) {
-        image.pixels.insert(image.pixels.end(), {206, 212, 218});
-        continue;
-      }
-      const float light = 255.0F * (1.0F - std::clamp(p, 0.0F, 1.0F));
-      image.pixels.insert(image.pixels.end(), 3, static_cast<std::uint8_t>(std::lround(light)));
-    }
-  }
-  return image;
-}
-
-Result<void> write_map(const std::string& stem, const GridImage& grid,
+Result<void> write_map(const std::string& stem, const GridRows& grid,
                        const MapImageOptions& options) {
-  const Result<std::string> pgm = format_pgm(grid, options);
-  if (!pgm) return pgm.error();
-  Result<void> done = write_file(stem + ".pgm", *pgm, options.file);
+  Result<void> made;
+  Result<void> done = write_file_parts(
+      stem + ".pgm", [&](const AppendPart& append) { made = make_pgm(grid, options, append); },
+      options.file);
+  if (!made) return made;
   if (!done) return done;
   const std::string name = std::filesystem::path(stem + ".pgm").filename().string();
   return write_file(stem + ".yaml", format_map_yaml(grid, name, options), options.file);

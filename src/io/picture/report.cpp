@@ -50,6 +50,11 @@ img{display:block;min-width:min(100%,620px);max-width:100%;max-height:900px;marg
 @media print{body{background:#fff}figure,.facts div{break-inside:avoid}}
 )";
 
+constexpr const char* kDoubtStyle = R"(
+.doubt{background:#fff3bf;color:#5c3c00;border:2px solid #f08c00;border-radius:8px;margin:16px 0;
+padding:10px 14px;overflow-wrap:anywhere}
+)";
+
 std::string element(const char* tag, const std::string& text) {
   return std::string("<") + tag + ">" + escape_html(text) + "</" + tag + ">\n";
 }
@@ -178,7 +183,14 @@ Report& Report::plot(const Plot& plot) {
 }
 
 Report& Report::image(const Image& image, const std::string& caption) {
-  const Result<std::string> png = encode_png(image);
+  return encoded(encode_png(image), caption);
+}
+
+Report& Report::image(const PictureRows& picture, const std::string& caption) {
+  return encoded(encode_png(picture), caption);
+}
+
+Report& Report::encoded(const Result<std::string>& png, const std::string& caption) {
   if (!png) return paragraph(caption + ": " + png.error().to_string());
   blocks_.emplace_back(json::image(caption));
   body_ += "<figure>\n" + element("figcaption", caption) + "<img alt=\"" + escape_html(caption);
@@ -190,15 +202,19 @@ std::string Report::html() const {
   std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   out += "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n";
   out += element("title", title_) + "<style>" + kPlotStyle + kStyle +
-         "</style>\n</head>\n<body>\n<main>\n";
+         (doubt_.empty() ? "" : kDoubtStyle) + "</style>\n</head>\n<body>\n<main>\n";
   out += element("h1", title_);
   if (!subtitle_.empty()) out += "<p class=\"subtitle\">" + escape_html(subtitle_) + "</p>\n";
+  if (!doubt_.empty())
+    out += "<div class=\"doubt\" role=\"alert\"><strong>In doubt:</strong> " + escape_html(doubt_) +
+           "</div>\n";
   return out + body_ + "</main>\n</body>\n</html>\n";
 }
 
 std::string Report::json() const {
-  std::string out = "{\"title\": " + json::text(title_) +
-                    ",\n\"subtitle\": " + json::text(subtitle_) + ",\n\"blocks\": [";
+  std::string out =
+      "{\"title\": " + json::text(title_) + ",\n\"subtitle\": " + json::text(subtitle_) +
+      (doubt_.empty() ? "" : ",\n\"doubt\": " + json::text(doubt_)) + ",\n\"blocks\": [";
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const Plot* plot = std::get_if<Plot>(&blocks_[i]);
     out += (i == 0 ? "\n" : ",\n") + (plot ? json::plot(*plot) : std::get<std::string>(blocks_[i]));

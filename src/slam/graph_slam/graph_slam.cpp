@@ -27,6 +27,13 @@ OccupancyGrid GraphSlam::map(const OccupancyGridOptions& shape,
                              const InverseLidarModel& model) const {
   return engine_->map(shape, model);
 }
+std::vector<std::uint8_t> GraphSlam::save() const { return engine_->save(); }
+Result<GraphSlam> GraphSlam::restore(std::span<const std::uint8_t> bytes,
+                                     const GraphSlamOptions& options) {
+  GraphSlam slam(options);
+  if (auto ok = slam.engine_->restore(bytes); !ok) return ok.error();
+  return slam;
+}
 
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options,
                                     const SlamProgress& progress) {

@@ -103,7 +103,7 @@ class MotionModel {
   }
 
  private:
-  friend struct SubmapState;  // saves and restores it
+  friend struct MotionState;  // saves and restores it
 
   struct Placed {
     LogTime time;

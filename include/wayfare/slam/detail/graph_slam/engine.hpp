@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,6 +15,8 @@
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/slam/detail/graph_slam/loop_closer.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
+#include <wayfare/slam/detail/graph_slam/node_merger.hpp>
+#include <wayfare/slam/detail/graph_slam/state.hpp>
 #include <wayfare/slam/detail/graph_slam/tracker.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/detail/motion.hpp>
@@ -33,7 +37,8 @@ class GraphSlamEngine {
       : options_(with_valid_counts(options)),
         motion_model_(options.odometry, options.constant_velocity),
         tracker_(options_, make(options_)),
-        loop_closer_(options_, make(options_)) {}
+        loop_closer_(options_, make(options_)),
+        merger_(options_) {}
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<OdomPose>& odom_pose) {
     const std::optional<SE2d> odometry = raw(odom_pose);
@@ -48,6 +53,8 @@ class GraphSlamEngine {
     if (outcome.became_node) close_loops(outcome);
     outcome.T_map_base = MapPose(pose_);
     scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
+    if (const int removed = merger_.update(nodes_, scans_); removed > 0)
+      loop_closer_.nodes_removed(removed);
     count(outcome);
     return placed;
   }
@@ -79,10 +86,30 @@ class GraphSlamEngine {
     return grid;
   }
 
+  /// All of the state but the options and the matching.
+  [[nodiscard]] std::vector<std::uint8_t> save() {
+    int last_searched = loop_closer_.last_searched(), kept = merger_.kept();
+    bool merged = merger_.merged();
+    return detail::save(state(last_searched, kept, merged));
+  }
+  /// Continues from it; to be discarded after an Error.
+  Result<void> restore(std::span<const std::uint8_t> bytes) {
+    int last_searched = 0, kept = 0;
+    bool merged = false;
+    if (auto ok = detail::restore(state(last_searched, kept, merged), bytes); !ok) return ok;
+    loop_closer_.restore(last_searched, merged);
+    merger_.restore(kept, merged);
+    return {};
+  }
+
   [[nodiscard]] const PoseGraph2& graph() const { return nodes_.graph(); }
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
 
  private:
+  GraphSlamState state(int& last_searched, int& kept, bool& merged) {
+    return {nodes_,      motion_model_, scans_, pose_, since_node_,
+            statistics_, last_searched, kept,   merged};
+  }
   static GraphSlamOptions with_valid_counts(GraphSlamOptions o) {
     limit_counts({&o.local_nodes, &o.sharp_nodes, &o.nodes_between_loops, &o.loop_gap_nodes,
                   &o.loop_context_nodes, &o.loop_map_nodes, &o.loops_per_search});
@@ -176,6 +203,7 @@ class GraphSlamEngine {
   Tracker<Matching> tracker_;
   LoopCloser<Matching> loop_closer_;
   PoseGraphOptimiser<SE2d> optimiser_;
+  NodeMerger merger_;
 
   NodeMap nodes_;
   std::vector<ScanPose> scans_;

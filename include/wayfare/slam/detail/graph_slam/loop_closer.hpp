@@ -39,6 +39,19 @@ class LoopCloser {
     return Loops(matches);
   }
 
+  /// To be called when nodes were merged into others.
+  void nodes_removed(int count) {
+    last_searched_ -= count;
+    uncertainty_ = {};
+    merged_ = true;
+  }
+  /// The node searched last, and whether nodes were merged.
+  [[nodiscard]] int last_searched() const { return last_searched_; }
+  void restore(int last_searched, bool merged) {
+    last_searched_ = last_searched;
+    merged_ = merged;
+  }
+
  private:
   struct Candidate {
     int node = 0;
@@ -48,6 +61,7 @@ class LoopCloser {
   /// One node for each stretch of the trajectory that may share a view with the latest node: the
   /// nearest of the stretch.
   [[nodiscard]] std::vector<Candidate> candidates(const NodeMap& nodes) {
+    if (!comes_near(nodes)) return {};
     const PathUncertainty& known = uncertainty_from(
         nodes.latest(), nodes.graph(), loop_kernel(options_.loop_kernel_sigmas), uncertainty_);
     std::vector<Candidate> result;
@@ -70,11 +84,25 @@ class LoopCloser {
     return result;
   }
 
+  /// Whether the latest node is so near to one of an earlier visit that, at the largest uncertainty
+  /// searched, they may share a view: else none is a candidate, at any uncertainty.
+  [[nodiscard]] bool comes_near(const NodeMap& nodes) const {
+    const int latest = nodes.latest();
+    for (int k = 0; k < latest - options_.loop_gap_nodes; ++k)
+      if (!(nodes.distance_m(k, latest) - options_.loop_reach_m >= options_.loop_overlap_m) &&
+          has_travelled(nodes, k))
+        return true;
+    return false;
+  }
+  [[nodiscard]] bool has_travelled(const NodeMap& nodes, int k) const {
+    return nodes.travel_m(nodes.latest()) - nodes.travel_m(k) > options_.loop_gap_travel_m;
+  }
+
   [[nodiscard]] bool may_share_view(const NodeMap& nodes, const PathUncertainty& known,
                                     int k) const {
     if (!known.reached(k)) return false;
     const int latest = nodes.latest();
-    if (nodes.travel_m(latest) - nodes.travel_m(k) <= options_.loop_gap_travel_m) return false;
+    if (!has_travelled(nodes, k)) return false;
     const double reach =
         std::min(reach_m(known.covariance[static_cast<std::size_t>(k)]), options_.loop_reach_m);
     return nodes.distance_m(k, latest) - reach < options_.loop_overlap_m;
@@ -100,14 +128,22 @@ class LoopCloser {
     return context;
   }
 
+  /// The nodes of the map of a candidate: those before and after it, or, where nodes were merged
+  /// and those numbered next may be elsewhere, those nearest.
+  [[nodiscard]] std::vector<PlacedPoints> around(const NodeMap& nodes, int node) const {
+    const int end = nodes.latest() - options_.loop_gap_nodes + 5;
+    const int count = options_.loop_map_nodes;
+    if (!merged_) return nodes.chain(node - count, std::min(node + count, end));
+    return nodes.around(nodes.pose(node), count * options_.node_distance_m,
+                        static_cast<std::size_t>(2 * count + 1), end + 1);
+  }
+
   /// The edge from a candidate to the latest node, if the latest scans match there.
   [[nodiscard]] LoopMatch match(const NodeMap& nodes, const Candidate& candidate,
                                 const PointSet& context) const {
     std::optional<PoseEdge<SE2d>> edge;
     const int latest = nodes.latest();
-    const std::vector<PlacedPoints> around = nodes.chain(
-        candidate.node - options_.loop_map_nodes,
-        std::min(candidate.node + options_.loop_map_nodes, latest - options_.loop_gap_nodes + 5));
+    const std::vector<PlacedPoints> around = this->around(nodes, candidate.node);
     const SearchWindow window = loop_window(candidate.covariance, options_.loop_reach_m);
     const double reach = window.half_x_m;
     const double needed = reach > 1.0 ? options_.wide_loop_score : options_.loop_score;
@@ -131,6 +167,7 @@ class LoopCloser {
   Matching matching_;
   PathUncertaintyFinder uncertainty_;
   int last_searched_ = 0;
+  bool merged_ = false;
 };
 
 }  // namespace wayfare::detail

@@ -14,6 +14,12 @@
 
 namespace wayfare::detail {
 
+/// What was seen from a node.
+struct NodeView {
+  PointSet points;
+  double travel_m = 0.0;
+};
+
 /// The nodes: a pose graph, and for each pose the points seen from it. Indices start at 0; the
 /// latest is last.
 class NodeMap {
@@ -30,6 +36,8 @@ class NodeMap {
 
   [[nodiscard]] const PoseGraph2& graph() const { return graph_; }
   [[nodiscard]] PoseGraph2& graph() { return graph_; }
+  /// One for each pose.
+  [[nodiscard]] std::vector<NodeView>& views() { return views_; }
 
   /// The first node.
   void start(const SE2d& pose, const PointSet& points) {
@@ -44,6 +52,16 @@ class NodeMap {
     graph_.edges.push_back({before, graph_.add_pose(pose), step, information, false});
   }
 
+  /// Removes node k, to which no edge may lead; the numbers of later ones decrease.
+  void erase(int k) {
+    graph_.poses.erase(graph_.poses.begin() + k);
+    views_.erase(views_.begin() + k);
+    for (PoseEdge<SE2d>& e : graph_.edges) {
+      e.from -= e.from > k ? 1 : 0;
+      e.to -= e.to > k ? 1 : 0;
+    }
+  }
+
   /// Nodes first..last, as far as they exist, within `radius_m` of the last of them.
   [[nodiscard]] std::vector<PlacedPoints> chain(
       int first, int last, double radius_m = std::numeric_limits<double>::infinity()) const {
@@ -53,11 +71,12 @@ class NodeMap {
       if (distance_m(k, end) < radius_m) result.push_back({&points(k), pose(k)});
     return result;
   }
-  /// The `most` nodes nearest to a pose, within `radius_m`.
+  /// The `most` of the nodes before `end` nearest to a pose, within `radius_m`.
   [[nodiscard]] std::vector<PlacedPoints> around(const SE2d& place, double radius_m,
-                                                 std::size_t most) const {
+                                                 std::size_t most,
+                                                 int end = std::numeric_limits<int>::max()) const {
     std::vector<std::pair<double, int>> near;
-    for (int k = 0; k < size(); ++k) {
+    for (int k = 0; k < std::min(end, size()); ++k) {
       const double d = (pose(k).translation() - place.translation()).norm();
       if (d < radius_m) near.emplace_back(d, k);
     }
@@ -69,15 +88,10 @@ class NodeMap {
   }
 
  private:
-  struct View {
-    PointSet points;
-    double travel_m = 0.0;
-  };
-
-  [[nodiscard]] const View& view(int k) const { return views_[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] const NodeView& view(int k) const { return views_[static_cast<std::size_t>(k)]; }
 
   PoseGraph2 graph_;
-  std::vector<View> views_;  // one per pose
+  std::vector<NodeView> views_;  // one per pose
 };
 
 }  // namespace wayfare::detail

@@ -1,0 +1,84 @@
+#include "slam_doubt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <wayfare/sensors/trajectory.hpp>
+
+namespace wayfare::examples {
+namespace {
+
+/// Motion since the beginning of a stretch, by the estimate and by odometry.
+struct Motions {
+  SE2d estimated, odometry;
+
+  [[nodiscard]] double length_m() const {
+    return std::max(estimated.translation().norm(), odometry.translation().norm());
+  }
+  [[nodiscard]] bool contradict() const {
+    const double apart_m = (estimated.translation() - odometry.translation()).norm();
+    return apart_m > 0.5 * length_m();
+  }
+};
+
+/// Counts stretches that contradict one another.
+struct Contradictions {
+  std::size_t stretches = 0, contradicting = 0;
+
+  void add(bool contradict) {
+    ++stretches;
+    contradicting += contradict ? 1 : 0;
+  }
+  void report(Doubt& doubt, const std::string& what) const {
+    constexpr std::size_t kFewest = 5;
+    if (stretches >= kFewest)
+      doubt_share(doubt, contradicting, stretches,
+                  what + " in which odometry contradicts the estimated path");
+  }
+};
+
+}  // namespace
+
+void doubt_share(Doubt& doubt, std::size_t count, std::size_t all, const std::string& what,
+                 double share) {
+  if (static_cast<double>(count) > share * static_cast<double>(all))
+    doubt.add(std::to_string(count) + " of " + std::to_string(all) + " " + what);
+}
+
+void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& path) {
+  constexpr double kStretch_m = 2.0;
+  const double turn_rad = Angle::degrees(45.0).radians();
+  const Trajectory odometry = as_trajectory(recording.odometry);
+  Contradictions lengths, turns;
+  struct Poses {
+    SE2d estimated, odometry;
+  };
+  std::optional<Poses> last, stretch;
+  double turned[2] = {0.0, 0.0};
+  for (const StampedPose& pose : path) {
+    const auto T_odom_base = pose_at(odometry, pose.time);
+    if (!T_odom_base) continue;
+    const Poses now{pose.T_map_base.raw(), *T_odom_base};
+    if (!stretch) stretch = now;
+    if (last) {
+      turned[0] += (last->estimated.inverse() * now.estimated).heading().radians();
+      turned[1] += (last->odometry.inverse() * now.odometry).heading().radians();
+    }
+    last = now;
+    if (std::max(std::abs(turned[0]), std::abs(turned[1])) > turn_rad) {
+      const double larger = std::max(std::abs(turned[0]), std::abs(turned[1]));
+      turns.add(std::abs(turned[0] - turned[1]) > 0.5 * larger);
+      turned[0] = turned[1] = 0.0;
+    }
+    const Motions moved{stretch->estimated.inverse() * now.estimated,
+                        stretch->odometry.inverse() * now.odometry};
+    if (moved.length_m() < kStretch_m) continue;
+    lengths.add(moved.contradict());
+    stretch = now;
+  }
+  lengths.report(doubt, "stretches of 2 m");
+  turns.report(doubt, "turns");
+}
+
+}  // namespace wayfare::examples

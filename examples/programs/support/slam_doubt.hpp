@@ -1,0 +1,24 @@
+#pragma once
+
+// Why the result of a run on a robot's log is in doubt.
+
+#include <cstddef>
+#include <string>
+
+#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/trajectory.hpp>
+
+#include "command_line.hpp"
+
+namespace wayfare::examples {
+
+/// That `count` of `all` are `what`, if they are more than `share` of them.
+void doubt_share(Doubt& doubt, std::size_t count, std::size_t all, const std::string& what,
+                 double share = 0.5);
+
+/// That odometry contradicts the estimated path in most stretches of 2 m, by more than half of the
+/// longer of the two, or in most turns of 45 degrees, by more than half of the larger. Less than
+/// five stretches or turns do not count.
+void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& path);
+
+}  // namespace wayfare::examples

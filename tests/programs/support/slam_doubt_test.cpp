@@ -1,0 +1,64 @@
+#include "support/slam_doubt.hpp"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace wayfare::examples {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A square of 10 m, 0.5 m or 15 degrees a second, `laps` times; as odometry with its lengths and
+/// turns multiplied.
+Recording square(int laps, double length, double turn) {
+  Recording recording;
+  SE2d pose;
+  int second = 0;
+  const auto add = [&] {
+    recording.odometry.push_back({LogTime::from_nanoseconds(second++ * 1'000'000'000LL),
+                                  Transform2<frame::Odom, frame::Base>(pose)});
+  };
+  add();
+  for (int side = 0; side < 4 * laps; ++side) {
+    for (int i = 0; i < 20; ++i, add()) pose = pose * SE2d(0.5 * length, 0.0, Angle{});
+    for (int i = 0; i < 6; ++i, add()) pose = pose * SE2d(0.0, 0.0, Angle::degrees(15.0 * turn));
+  }
+  return recording;
+}
+
+std::string doubt_of(const Recording& odometry, int laps = 3) {
+  Doubt doubt;
+  doubt_odometry(doubt, odometry, as_trajectory(square(laps, 1.0, 1.0).odometry));
+  return doubt.why;
+}
+
+// 12 sides of 10 m with 12 corners of 90 degrees between them.
+TEST(DoubtOfOdometry, NamesLengthsAndTurnsThatContradictThePath) {
+  EXPECT_EQ(doubt_of(square(3, 1.0, 1.0)), "");
+  EXPECT_EQ(doubt_of(square(3, 0.8, 0.8)), "") << "a fifth is a poor calibration";
+  EXPECT_THAT(doubt_of(square(3, 0.1, 1.0)),
+              HasSubstr("stretches of 2 m in which odometry contradicts the estimated path"));
+  EXPECT_THAT(doubt_of(square(3, 1.0, -1.0)),
+              HasSubstr("turns in which odometry contradicts the estimated path"));
+}
+
+TEST(DoubtOfOdometry, NeedsFiveStretchesAndOdometry) {
+  EXPECT_EQ(doubt_of({}), "");
+  Recording slow = square(1, 0.0, 1.0);
+  slow.odometry.resize(18);  // 8.5 m: four stretches
+  EXPECT_EQ(doubt_of(slow), "");
+}
+
+TEST(Doubt, OfAShareNamesBothNumbers) {
+  Doubt doubt;
+  doubt_share(doubt, 5, 10, "scans are refused");
+  EXPECT_EQ(doubt.why, "");
+  doubt_share(doubt, 6, 10, "scans are refused");
+  doubt_share(doubt, 2, 10, "scans do not match", 0.1);
+  EXPECT_EQ(doubt.why, "6 of 10 scans are refused; 2 of 10 scans do not match");
+}
+
+}  // namespace
+}  // namespace wayfare::examples

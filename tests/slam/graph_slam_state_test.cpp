@@ -1,0 +1,109 @@
+// Saved states of graph SLAM, and merging of nodes in known area.
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/slam/detail/graph_slam/node_merger.hpp>
+#include <wayfare/slam/detail/graph_slam/state.hpp>
+#include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/sync/odometry_track.hpp>
+
+#include "support.hpp"
+
+namespace wayfare {
+namespace {
+
+/// More than two laps of the ring.
+sim::SimulatedRun two_laps() {
+  std::string plan(kRing);
+  const std::string_view route = "a b c d a b";
+  plan.replace(plan.find(route), route.size(), "a b c d a b c d a b");
+  return simulate(plan, slipping_robot(), 6);
+}
+
+GraphSlamOptions merging() {
+  GraphSlamOptions options;
+  options.nodes_before_merging = 1;
+  return options;
+}
+
+void feed(GraphSlam& slam, const Recording& recording, std::size_t from, std::size_t to) {
+  const OdometryTrack odometry(recording.odometry);
+  for (std::size_t i = from; i < to; ++i) {
+    const LaserScan& scan = recording.scans[i];
+    ASSERT_TRUE(slam.add_scan(scan, odometry.at(scan.time)));
+  }
+}
+
+class GraphSlamOverTwoLaps : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { run_ = new sim::SimulatedRun(two_laps()); }
+  static void TearDownTestSuite() { delete run_; }
+  [[nodiscard]] static const Recording& recording() { return run_->recording; }
+
+  static inline const sim::SimulatedRun* run_ = nullptr;
+};
+
+TEST_F(GraphSlamOverTwoLaps, IsContinuedFromASavedStateAsIfWithoutInterruption) {
+  const std::size_t n = recording().scans.size();
+  GraphSlam whole(merging());
+  feed(whole, recording(), 0, n);
+  GraphSlam part(merging());
+  std::size_t done = 0;
+  for (const std::size_t until : {n / 3, n / 2, n - 20, n}) {
+    feed(part, recording(), done, until);
+    done = until;
+    auto restored = GraphSlam::restore(part.save(), merging());
+    ASSERT_TRUE(restored) << restored.error().to_string();
+    part = *std::move(restored);
+  }
+  EXPECT_EQ(part.save(), whole.save());
+  ASSERT_TRUE(part.finish());
+  ASSERT_TRUE(whole.finish());
+  EXPECT_EQ(part.save(), whole.save());
+}
+
+TEST_F(GraphSlamOverTwoLaps, MergesTheNodesOfKnownArea) {
+  GraphSlam all, merged(merging());
+  feed(all, recording(), 0, recording().scans.size());
+  feed(merged, recording(), 0, recording().scans.size());
+  ASSERT_TRUE(merged.finish());
+  // The second lap and the start of the third are known, but for the window of the latest nodes.
+  EXPECT_LT(merged.graph().size(), 0.8 * all.graph().size());
+  EXPECT_EQ(merged.trajectory().size(), recording().scans.size());
+  EXPECT_LT(rmse_m(merged.trajectory(), run_->truth), 0.10);  // as without merging
+  for (const PoseEdge<SE2d>& e : merged.graph().edges) {
+    EXPECT_TRUE(e.from != e.to && std::min(e.from, e.to) >= 0 &&
+                std::max(e.from, e.to) < merged.graph().size());
+    EXPECT_TRUE(e.information.allFinite());
+  }
+}
+
+TEST(GraphSlamState, RefusesWhatIsNotOne) {
+  const std::vector<std::uint8_t> saved = GraphSlam().save();
+  EXPECT_TRUE(GraphSlam::restore(saved));
+  EXPECT_FALSE(GraphSlam::restore({}));
+  EXPECT_FALSE(GraphSlam::restore(std::span(saved).first(saved.size() - 1)));
+  for (std::size_t i = 0; i < saved.size(); i += 7) {
+    std::vector<std::uint8_t> damaged = saved;
+    damaged[i] ^= 4U;
+    const auto restored = GraphSlam::restore(damaged);
+    ASSERT_FALSE(restored) << "byte " << i;
+    EXPECT_EQ(restored.error().source, "saved map");
+  }
+}
+
+TEST(GraphSlamState, OfNoScansIsContinued) {
+  auto restored = GraphSlam::restore(GraphSlam().save());
+  ASSERT_TRUE(restored);
+  EXPECT_TRUE(restored->add_scan(room_scan(1.0, 2.0, 2.0), {}));
+  EXPECT_EQ(restored->statistics().scans, 1U);
+}
+
+}  // namespace
+}  // namespace wayfare
