@@ -22,7 +22,8 @@ program_test(compare_tracks_outputs 0 "time offset +-1[.]2[0-9]+ s.*along"
 program_test(compare_tracks_keeps_what_is_there 1 "errors.csv: already exists"
   COMMAND "${_compare};${_tracks}/track.gpx;${_tracks}/truth.txt;--out;${_out}/compared" NEEDS tracks compared)
 
-# A kilometre in TUM text, its clock 0.75 s late, turned by 30 degrees.
+# A kilometre in TUM text, its clock 0.75 s late, turned by 30 degrees and, as the digits are few, 2e-5
+# shorter: 1 ms of the offset.
 set(_straight "")
 set(_turned "")
 set(_rest "")
@@ -40,7 +41,7 @@ file(WRITE "${_out}/rest.tum" "${_rest}")
 file(WRITE "${_out}/back.tum" "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n1.5 2 0 0 0 0 0 1\n")
 file(WRITE "${_out}/nan.tum" "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n")
 file(WRITE "${_out}/foreign.csv" "Stamp;North;East\n0;0;0\n50;0;250\n100;0;1000\n")
-program_test(compare_tracks_offset_and_turn 0 "time offset +-0[.](749|750).*turned by +30[.]0.*in space +0[.]0"
+program_test(compare_tracks_offset_and_turn 0 "time offset +-0[.]7(4[89]|50).*turned by +30[.]0.*in space +0[.]0"
   COMMAND "${_compare};${_out}/straight.tum;${_out}/turned.tum;--align;rigid;--search-offset;3")
 program_test(compare_tracks_columns_by_name_and_number 0 "compared +3 points"
   COMMAND "${_compare};${_out}/foreign.csv;${_out}/turned.tum;--align;rigid;--column;A:t_s=Stamp;--column;A:x_m=3;--column;A:y_m=North")
