@@ -1,6 +1,4 @@
-#include <algorithm>
-#include <charconv>
-#include <string_view>
+#include <string>
 
 #include "nav_config.hpp"
 #include "program_files.hpp"
@@ -31,32 +29,6 @@ void apply(const NavConfig& config, GnssInsRecording& recording) {
 }
 
 }  // namespace
-
-Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
-  std::vector<NavOutage> outages;
-  std::string_view rest = text;
-  while (!rest.empty()) {
-    const std::string_view one = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
-    NavOutage outage;
-    const char *at = one.data(), *const end = one.data() + one.size();
-    const auto number = [&](auto& value) {
-      const auto [stop, error] = std::from_chars(at, end, value);
-      const bool good = error == std::errc() && stop != at;
-      at = stop;
-      return good;
-    };
-    const auto colon = [&] { return at != end && *at++ == ':'; };
-    const bool good = number(outage.start_s) && colon() && number(outage.length_s) &&
-                      (at == end || (colon() && number(outage.satellites_left))) && at == end &&
-                      outage.start_s >= 0.0 && outage.start_s < 1e9 && outage.length_s > 0.0 &&
-                      outage.length_s < 1e9;
-    if (!good)
-      return bad_use("not an outage START:LENGTH[:SATELLITES]: '" + std::string(one) + "'");
-    outages.push_back(outage);
-  }
-  return outages;
-}
 
 Result<io::NavRecording> load_nav_recording(const NavFiles& files, const NavConfig& config,
                                             const std::function<void(double)>& progress,
