@@ -163,4 +163,19 @@ void refine_estimate(const GnssInsRecording& recording, const GnssInsOptions& op
   }
 }
 
+GnssInsRecording corrected(GnssInsRecording recording, const DriveEstimate& estimate) {
+  for (ImuSample& s : recording.imu) {
+    s.angular_rate_radps = s.angular_rate_radps.cwiseProduct(estimate.gyro_factor);
+    s.specific_force_mps2 = s.specific_force_mps2.cwiseProduct(estimate.accel_factor);
+  }
+  return recording;
+}
+
+GnssInsOptions corrected(GnssInsOptions options, const DriveEstimate& estimate) {
+  if (estimate.q_body_imu) options.q_body_imu = *estimate.q_body_imu;
+  if (estimate.imu_time_offset_s) options.imu_time_offset_s = *estimate.imu_time_offset_s;
+  if (estimate.antenna_lever_arm_m) options.antenna_lever_arm_m = *estimate.antenna_lever_arm_m;
+  return options;
+}
+
 }  // namespace wayfare
