@@ -71,10 +71,10 @@ struct Part {
 
 struct Run {
   GraphSlam slam;
-  Trajectory truth;
+  Trajectory truth = {};
   io::Series ms{"mean", {}, {}}, worst_ms{"largest", {}, {}}, memory{"process", {}, {}},
       nodes{"nodes", {}, {}}, error{"position", {}, {}};
-  Part part;
+  Part part = {};
 };
 
 void report_part(Run& run, const EndlessRobot& robot) {
@@ -163,7 +163,7 @@ Result<void> drive(const Options& o, const sim::FloorPlan& plan) {
   auto slam = started(o, o.slam);
   if (!slam) return slam.error();
   const std::size_t done = slam->statistics().scans;
-  Run run{*std::move(slam), {}, {}};
+  Run run{*std::move(slam)};
   EndlessRobot robot(plan, !o.away, o.scan_period_s, Rng(o.seed).stream(7));
   const auto scans_a_part = static_cast<std::size_t>(600.0 / o.scan_period_s);
   const double end_s = o.away ? std::numeric_limits<double>::infinity() : 3600.0 * o.hours;
