@@ -109,9 +109,10 @@ function linked(line,   space, before, name, out) {
   $0 = ""
   while (match(line, /\]\(([^)#:]*#[^)]*|[0-9a-z_]+\.cpp)\)/)) {
     link = substr(line, RSTART + 2, RLENGTH - 3)
-    if (link ~ /\.cpp$/) show(link)
-    $0 = $0 substr(line, 1, RSTART + 1) target(link) ")"
+    $0 = $0 substr(line, 1, RSTART + 1)
     line = substr(line, RSTART + RLENGTH)
+    if (link ~ /\.cpp$/) show(link)
+    $0 = $0 target(link) ")"
   }
   $0 = $0 line
 }

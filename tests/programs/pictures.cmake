@@ -63,7 +63,8 @@ program_test(radar_slam_config zero "particles +10\n.*rejected by the gate"
   COMMAND "${_particles};${_out}/world.log;--sensors;radar;--config;${_example};--out;${_out}/gated;--force"
   NEEDS world_log)
 file(WRITE "${_out}/tight.json" "{\"particles\": 4, \"lidar_gate_lateral_m\": 0.001, \"resample_below\": 1e-9}")
-program_test(radar_slam_gate_fires zero "particles +4\n.*, [1-9][0-9]* rejected by the gate\nresampled +0 times"
+# Most matches are rejected: the result is in doubt.
+program_test(radar_slam_gate_fires 3 "particles +4\n.*, [1-9][0-9]* rejected by the gate\nresampled +0 times"
   COMMAND "${_particles};${_out}/world.log;--sensors;lidar;--config;${_out}/tight.json;--paths;--scans;--out;${_out}/tight;--force"
   FILES "${_out}/tight/scans.svg;${_out}/tight/particles.csv;${_out}/tight/particles.svg" NEEDS world_log GIVES tight)
 contains_test(radar_slam_gate_is_in_the_report "${_out}/tight/report.html" "rejected by the gate.*Paths of all particles.*Scans along the path"
