@@ -39,7 +39,7 @@ void add_options(CommandLine& app, Options& o) {
   app.add_option("--threads", o.threads, kThreadsHelp).range(1, 1024).show_default();
   app.add_flag("--constraints", o.constraints,
                "with zero-velocity and non-holonomic constraints, the filter's default");
-  app.add_flag("--smooth", o.smooth, "smoothed by the measurements of the whole drive");
+  app.add_flag("--smooth", o.smooth, "estimate each instant by all measurements");
   app.add_option("--out", o.out, "folder for report.html").shown_as("DIR");
   add_force_and_quiet(app, o);
   add_json(app, o);

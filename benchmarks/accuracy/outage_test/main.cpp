@@ -232,7 +232,7 @@ int main(int argc, char** argv) {
       .range(0.0, 1e6)
       .show_default();
   app.add_flag("--smooth", o.smooth,
-               "smoothed by the measurements of the whole drive; outages of 30 s only");
+               "estimate each instant by all measurements, in outages of 30 s only");
   app.add_option("--threads", o.threads, kThreadsHelp).range(1, 256).show_default();
   add_force_and_quiet(app, o);
   add_json(app, o);
