@@ -214,7 +214,8 @@ int main(int argc, char** argv) {
   app.add_option("--kill-at", o.kill_at, "scan after which the program kills itself; 0: none");
   add_force_and_quiet(app, o);
   add_json(app, o);
-  app.example("--hours 2 --merge-from 1 --out out/merged", "two hours with nodes of known area merged");
+  app.example("--hours 2 --merge-from 1 --out out/merged",
+              "two hours with nodes of known area merged");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("endless_runs", run(o));
 }
