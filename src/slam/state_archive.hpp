@@ -45,10 +45,7 @@ inline bool is_count(int n) { return n >= 0 && n < std::numeric_limits<int>::max
 
 /// Whether search and optimisation can use it: it and its inverse are positive definite.
 inline bool is_information(const Eigen::Matrix3d& m) {
-  const auto definite = [](const Eigen::Matrix3d& x) {
-    return x.allFinite() && Eigen::LLT<Eigen::Matrix3d>(x).info() == Eigen::Success;
-  };
-  return definite(m) && definite(m.inverse());
+  return is_positive_definite(m) && is_positive_definite(m.inverse());
 }
 
 /// Beyond it sums of poses lose their meaning, and products of them may overflow.

@@ -23,7 +23,7 @@ class RealDrive : public testing::Test {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists(drive_0708_folder()))
-      GTEST_SKIP() << "no " << drive_0708_folder() << "; set WAYFARE_DATA_DIR";
+      GTEST_SKIP() << "needs the recording " << drive_0708_folder() << " in WAYFARE_DATA_DIR";
     auto drive = load_drive_0708();
     ASSERT_TRUE(drive) << drive.error().to_string();
     drive_ = *std::move(drive);

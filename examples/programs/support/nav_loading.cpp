@@ -1,4 +1,7 @@
 #include <string>
+#include <utility>
+
+#include <wayfare/nav/check_drive.hpp>
 
 #include "nav_config.hpp"
 #include "program_files.hpp"
@@ -14,12 +17,10 @@ bool is_rinex(const std::string& path) {
 }
 
 void apply(const NavConfig& config, GnssInsRecording& recording) {
-  if (!config.gyro_factor.isOnes(0.0) || !config.accel_factor.isOnes(0.0)) {
-    for (ImuSample& s : recording.imu) {
-      s.angular_rate_radps = s.angular_rate_radps.cwiseProduct(config.gyro_factor);
-      s.specific_force_mps2 = s.specific_force_mps2.cwiseProduct(config.accel_factor);
-    }
-  }
+  DriveEstimate factors;
+  factors.gyro_factor = config.gyro_factor;
+  factors.accel_factor = config.accel_factor;
+  recording = corrected(std::move(recording), factors);
   recording.start = config.start;
   if (!config.start) return;
   recording.start->nav.time =

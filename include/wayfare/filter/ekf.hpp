@@ -43,8 +43,8 @@ concept ProcessModel = requires(const F& f, const M& x, const Input&... u) {
 struct NoRecorder {};
 
 /// State and covariance of an extended Kalman filter, moved by `predict` and corrected by `update`.
-/// A Recorder other than NoRecorder is told of each linear step, for example a TapeRecorder, from
-/// whose tape the estimates are smoothed. It has `predicted(step)`, with the step of the process;
+/// A Recorder other than NoRecorder stores each linear step, for example a TapeRecorder, from whose
+/// tape the estimates are smoothed. It has `predicted(step)`, with the step of the process;
 /// `updated(rows, gain, inverse, innovation)`, with the rows of H as the measurement gives them, K,
 /// S⁻¹ and ν; and `reset(i)`, of error i.
 template <Manifold M, class Recorder = NoRecorder>
@@ -68,7 +68,7 @@ class Ekf {
   [[nodiscard]] const Square& covariance() const { return covariance_; }
   /// Replaces the estimate; the covariance stays.
   void set_state(const M& state) { state_ = state; }
-  /// Told of each step.
+  /// The recorder of the steps.
   [[nodiscard]] Recorder& recorder() { return recorder_; }
 
   /// x ← f(x, u), P ← Φ P Φᵀ + Q by a ProcessModel, which is called with the state and `input`.

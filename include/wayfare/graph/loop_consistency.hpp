@@ -1,8 +1,8 @@
 #pragma once
 
 // False loop closures, also in groups that agree with each other: loops are accepted in the order
-// of how unlikely it is that they close a cycle with the odometry and the loops accepted before by
-// chance.
+// of their significance: the probability that a false loop closes its cycle with the odometry and
+// the loops accepted before as well.
 
 #include <vector>
 
@@ -17,7 +17,7 @@ struct LoopConsistencyOptions {
   /// A cycle agrees if its squared Mahalanobis error is below the chi-square quantile of its
   /// degrees of freedom at this probability. Larger: more false loops pass.
   double inlier_probability = 0.9999;
-  /// Number of false loops accepted by chance that is tolerated: a loop is accepted if a false one
+  /// Expected number of false loops accepted: a loop is accepted if a false one
   /// would agree as well with a probability of at most this by the number of loops compared and not
   /// accepted so far. Larger: more loops along uncertain paths are accepted, true and false ones.
   double max_false = 0.05;
@@ -49,7 +49,7 @@ struct LoopConsistencyReport {
 /// a false loop agrees as well (V: volume of the unit ball of n dimensions). Round by round the
 /// least probable are accepted, which shortens the paths of the others. Members of a group of false
 /// loops thus do not support each other until one of them agrees with the rest. Rejected loops that
-/// agree with the optimum are taken back (eᵀΩe below its quantile).
+/// agree with the optimum are readmitted (eᵀΩe below its quantile).
 ///
 /// Errors, with the poses unchanged: those of GraphOptimiser, options out of range, poses k and k +
 /// 1 that no trusted edge joins. Compiled in wayfare::graph for SE2d and SE3d. Single-threaded but

@@ -146,8 +146,9 @@ struct GnssInsRecording {
 
 /// An event of the filter: a gap, a late epoch, a reset.
 struct GnssInsNotice {
-  LogTime time;      ///< of the event
-  std::string text;  ///< what happened
+  LogTime time;       ///< of the event
+  std::string text;   ///< what happened
+  bool lost = false;  ///< the solution contradicted the measurements and was given up
 };
 
 /// One output of a run: the state and the standard deviation of each of its 23 errors.

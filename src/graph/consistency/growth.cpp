@@ -55,7 +55,7 @@ LoopGrowth<G>::LoopGrowth(const PoseGraph<G>& graph, const LoopConsistencyOption
       state_(graph.edges.size(), State::open),
       pauses_(graph.edges.size(), 0),
       compared_(graph.edges.size(), 0),
-      chances_(graph.edges.size(), 1.0),
+      p_values_(graph.edges.size(), 1.0),
       gate_(chi_square_quantile(options.inlier_probability, ManifoldTraits<G>::kDof)),
       scale_(options.noise_scale) {
   for (std::size_t k = 0; k < graph.edges.size(); ++k) {
@@ -134,24 +134,24 @@ auto LoopGrowth<G>::compare(int edge, const LoopPath<G>& path) const -> Agreemen
     unrelated(k, k) += k < kAxes<G> ? apart : std::numbers::pi * std::numbers::pi / 3.0;
   const Eigen::LLT<SquareOf<G>> factor(s), outer(unrelated);
   const double square = factor.matrixL().solve(r).squaredNorm();
-  double chance = kBall;
+  double p_value = kBall;
   for (int k = 0; k < kDof; ++k)
-    chance *= std::sqrt(square) * factor.matrixLLT()(k, k) / outer.matrixLLT()(k, k);
-  if (!std::isfinite(chance)) return {0.0, 1.0};
-  return {square, std::min(chance, 1.0)};
+    p_value *= std::sqrt(square) * factor.matrixLLT()(k, k) / outer.matrixLLT()(k, k);
+  if (!std::isfinite(p_value)) return {0.0, 1.0};
+  return {square, std::min(p_value, 1.0)};
 }
 
 template <LieGroup G>
-void LoopGrowth<G>::accept(int edge, double chance) {
-  chances_[at(edge)] = chance;
+void LoopGrowth<G>::accept(int edge, double p_value) {
+  p_values_[at(edge)] = p_value;
   state_[at(edge)] = State::accepted;
   paths_.accept(edge);
 }
 
-/// Judges the open loops that close a cycle of at most `hops` edges and one. Those that were found
-/// to close none pause for some rounds, unless `all` are asked for.
+/// Compares the open loops that close a cycle of at most `hops` edges and one. Those that were
+/// found to close none pause for some rounds, unless `all` are asked for.
 template <LieGroup G>
-void LoopGrowth<G>::look(int hops, bool all) {
+void LoopGrowth<G>::compare_open(int hops, bool all) {
   constexpr int kPause = 15;
   ++rounds_;
   candidates_.clear();
@@ -162,7 +162,7 @@ void LoopGrowth<G>::look(int hops, bool all) {
       --pause;
     } else if (paths_.find(graph_.edges[at(k)], hops, path)) {
       pause = 0;
-      judge(k, path);
+      classify(k, path);
     } else {
       pause = kPause;
     }
@@ -170,36 +170,36 @@ void LoopGrowth<G>::look(int hops, bool all) {
 }
 
 template <LieGroup G>
-void LoopGrowth<G>::judge(int edge, const LoopPath<G>& path) {
+void LoopGrowth<G>::classify(int edge, const LoopPath<G>& path) {
   const Agreement found = compare(edge, path);
   if (std::exchange(compared_[at(edge)], 1) == 0) ++unaccepted_;
   if (found.square > gate_) {
     state_[at(edge)] = State::refused;
   } else {
-    candidates_.push_back({edge, found.chance});
+    candidates_.push_back({edge, found.p_value});
   }
 }
 
 template <LieGroup G>
-void LoopGrowth<G>::take(const Candidate& candidate) {
-  accept(candidate.edge, candidate.chance);
+void LoopGrowth<G>::accept(const Candidate& candidate) {
+  accept(candidate.edge, candidate.p_value);
   --unaccepted_;
   drop_decided();
 }
 
-/// The surest candidates: all that are much surer than needed, else the surest one and those like
-/// it.
+/// The most significant candidates: all far below the limit, else the one of the least p-value and
+/// those similar to it.
 template <LieGroup G>
-bool LoopGrowth<G>::accept_surest() {
-  constexpr double kSure = 0.03, kAlike = 10.0;
+bool LoopGrowth<G>::accept_most_significant() {
+  constexpr double kFar = 0.03, kSimilar = 10.0;
   const double limit = options_.max_false / std::max(1.0, static_cast<double>(unaccepted_));
   double least = 1.0;
-  for (const Candidate& c : candidates_) least = std::min(least, c.chance);
-  const double enough = std::min(std::max(kAlike * least, kSure * limit), limit);
+  for (const Candidate& c : candidates_) least = std::min(least, c.p_value);
+  const double enough = std::min(std::max(kSimilar * least, kFar * limit), limit);
   bool any = false;
   for (const Candidate& c : candidates_) {
-    if (c.chance > enough) continue;
-    accept(c.edge, c.chance);
+    if (c.p_value > enough) continue;
+    accept(c.edge, c.p_value);
     --unaccepted_;
     any = true;
   }
@@ -211,10 +211,10 @@ template <LieGroup G>
 void LoopGrowth<G>::run() {
   constexpr int kHops = 16;
   for (int hops = kHops; !open_.empty();) {
-    look(hops, false);
-    if (accept_surest()) continue;
-    look(hops, true);
-    if (accept_surest()) continue;
+    compare_open(hops, false);
+    if (accept_most_significant()) continue;
+    compare_open(hops, true);
+    if (accept_most_significant()) continue;
     if (hops >= graph_.size()) break;
     hops = std::min(4 * hops, graph_.size());
   }
@@ -240,32 +240,34 @@ std::vector<int> LoopGrowth<G>::regions() const {
   return region;
 }
 
-/// The logarithm of the chance that `first` and what is accepted after it in other regions agree,
+/// The logarithm of the joint p-value of `first` and what is accepted after it in other regions,
 /// corrected for the number of loops.
 template <LieGroup G>
-double LoopGrowth<G>::support(const Candidate& first, const std::vector<int>& region) const {
+double LoopGrowth<G>::joint_log_p_value(const Candidate& first,
+                                        const std::vector<int>& region) const {
   const double loops = std::max(1.0, static_cast<double>(unaccepted_));
   LoopGrowth trial(*this);
-  trial.take(first);
+  trial.accept(first);
   trial.run();
-  std::map<int, double> chances;  // the least of each region
+  std::map<int, double> p_values;  // the least of each region
   for (const int k : open_) {
     if (!trial.accepted(at(k))) continue;
-    double& least = chances.try_emplace(region[at(k)], 1.0).first->second;
-    least = std::min(least, trial.chances_[at(k)]);
+    double& least = p_values.try_emplace(region[at(k)], 1.0).first->second;
+    least = std::min(least, trial.p_values_[at(k)]);
   }
-  chances[region[at(first.edge)]] = first.chance;
+  p_values[region[at(first.edge)]] = first.p_value;
   double sum = 0.0;
-  for (const auto& [name, chance] : chances) sum += std::log(std::max(chance, 1e-12) * loops);
+  for (const auto& [name, p_value] : p_values) sum += std::log(std::max(p_value, 1e-12) * loops);
   return sum;
 }
 
-/// The surest candidates, one of each region.
+/// The most significant candidates, one of each region.
 template <LieGroup G>
-auto LoopGrowth<G>::surest_by_region(const std::vector<int>& region) -> std::vector<Candidate> {
+auto LoopGrowth<G>::most_significant_by_region(const std::vector<int>& region)
+    -> std::vector<Candidate> {
   constexpr std::size_t kMost = 32;
   std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
-    return a.chance < b.chance || (a.chance == b.chance && a.edge < b.edge);
+    return a.p_value < b.p_value || (a.p_value == b.p_value && a.edge < b.edge);
   });
   std::vector<Candidate> first;
   for (const Candidate& c : candidates_) {
@@ -278,17 +280,17 @@ auto LoopGrowth<G>::surest_by_region(const std::vector<int>& region) -> std::vec
 template <LieGroup G>
 bool LoopGrowth<G>::accept_together() {
   if (open_.empty()) return false;
-  look(graph_.size(), true);
+  compare_open(graph_.size(), true);
   drop_decided();
   const std::vector<int> region = regions();
   double least = std::log(std::min(options_.max_false, 1.0));
   Candidate best{-1, 1.0};
-  for (const Candidate& c : surest_by_region(region)) {
-    const double sum = support(c, region);
+  for (const Candidate& c : most_significant_by_region(region)) {
+    const double sum = joint_log_p_value(c, region);
     if (sum < least) least = sum, best = c;
   }
   if (best.edge < 0) return false;
-  take(best);
+  accept(best);
   run();
   return true;
 }

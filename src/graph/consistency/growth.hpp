@@ -46,41 +46,42 @@ class LoopGrowth {
  private:
   enum class State : char { open, accepted, refused };
   struct Agreement {
-    double square = 0.0;  // d²
-    double chance = 1.0;  // that of a false loop with the same d² or less
+    double square = 0.0;   // d²
+    double p_value = 1.0;  // probability that a false loop has the same d² or less
   };
   struct Candidate {
     int edge;
-    double chance;
+    double p_value;
   };
 
   void measure_spread();
   void estimate_scale();
   [[nodiscard]] Agreement compare(int edge, const LoopPath<G>& path) const;
-  void look(int hops, bool all);
-  void judge(int edge, const LoopPath<G>& path);
-  void take(const Candidate& candidate);
+  void compare_open(int hops, bool all);
+  void classify(int edge, const LoopPath<G>& path);
+  void accept(const Candidate& candidate);
   [[nodiscard]] std::vector<int> regions() const;
-  [[nodiscard]] std::vector<Candidate> surest_by_region(const std::vector<int>& region);
-  [[nodiscard]] double support(const Candidate& first, const std::vector<int>& region) const;
+  [[nodiscard]] std::vector<Candidate> most_significant_by_region(const std::vector<int>& region);
+  [[nodiscard]] double joint_log_p_value(const Candidate& first,
+                                         const std::vector<int>& region) const;
   void drop_decided() {
     std::erase_if(open_, [&](int k) { return state_[static_cast<std::size_t>(k)] != State::open; });
   }
-  bool accept_surest();
-  void accept(int edge, double chance);
+  bool accept_most_significant();
+  void accept(int edge, double p_value);
 
   const PoseGraph<G>& graph_;
   const LoopConsistencyOptions& options_;
   LoopPaths<G> paths_;
   std::vector<State> state_;    // of every edge
   std::vector<int> open_;       // loops
-  std::vector<int> pauses_;     // rounds in which a loop is not judged, of every edge
+  std::vector<int> pauses_;     // rounds in which a loop is not compared, of every edge
   std::vector<char> compared_;  // of every edge
   std::vector<Candidate> candidates_;
-  std::vector<double> chances_;  // of every accepted edge
-  int unaccepted_ = 0;           // loops that were compared
-  std::vector<G> odometry_;      // poses along the chain
-  double spread_ = 0.0;          // variance of the distance along an axis between two poses, m²
+  std::vector<double> p_values_;  // of every accepted edge
+  int unaccepted_ = 0;            // loops that were compared
+  std::vector<G> odometry_;       // poses along the chain
+  double spread_ = 0.0;           // variance of the distance along an axis between two poses, m²
   double gate_ = 0.0;
   double scale_ = 1.0;
   int rounds_ = 0;
@@ -90,8 +91,8 @@ template <LieGroup G>
 template <class Path>
 bool LoopGrowth<G>::accept_by(const Path& path) {
   candidates_.clear();
-  for (const int k : open_) judge(k, path(graph_.edges[static_cast<std::size_t>(k)]));
-  return accept_surest();
+  for (const int k : open_) classify(k, path(graph_.edges[static_cast<std::size_t>(k)]));
+  return accept_most_significant();
 }
 
 }  // namespace wayfare::detail

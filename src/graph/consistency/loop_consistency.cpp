@@ -21,10 +21,10 @@ using detail::at;
 
 /// Solves with the accepted loops and corrects their set at the optimum.
 template <LieGroup G>
-class Settlement {
+class ConsistentSolve {
  public:
-  Settlement(const PoseGraph<G>& graph, const LoopConsistencyOptions& options,
-             LoopConsistencyReport& report)
+  ConsistentSolve(const PoseGraph<G>& graph, const LoopConsistencyOptions& options,
+                  LoopConsistencyReport& report)
       : graph_(graph),
         growth_(graph, options),
         options_(options),
@@ -38,7 +38,7 @@ class Settlement {
   Result<void> run();
   [[nodiscard]] bool keeps(std::size_t edge) const { return kept_[edge] != 0; }
   [[nodiscard]] const detail::LoopGrowth<G>& growth() const { return growth_; }
-  [[nodiscard]] std::vector<G> take() { return std::move(part_.poses); }
+  [[nodiscard]] std::vector<G> take_poses() { return std::move(part_.poses); }
 
  private:
   void select();
@@ -48,7 +48,7 @@ class Settlement {
   Result<void> optimise_part();
   Result<void> part_with_outliers();
   [[nodiscard]] bool all_agree() const;
-  bool take_back();
+  bool readmit();
   void count(OptimiseReport report);
 
   const PoseGraph<G>& graph_;
@@ -62,20 +62,20 @@ class Settlement {
 };
 
 template <LieGroup G>
-void Settlement<G>::select() {
+void ConsistentSolve<G>::select() {
   part_.edges.clear();
   for (std::size_t k = 0; k < kept_.size(); ++k)
     if (keeps(k)) part_.edges.push_back(graph_.edges[k]);
 }
 
 template <LieGroup G>
-void Settlement<G>::count(OptimiseReport report) {
+void ConsistentSolve<G>::count(OptimiseReport report) {
   report_.iterations += report.iterations;
   report_.optimisation = std::move(report);
 }
 
 template <LieGroup G>
-Result<void> Settlement<G>::optimise_part() {
+Result<void> ConsistentSolve<G>::optimise_part() {
   auto solved = optimiser_.optimise(part_, options_.optimise);
   if (!solved) return solved.error();
   count(std::move(*solved));
@@ -83,7 +83,7 @@ Result<void> Settlement<G>::optimise_part() {
 }
 
 template <LieGroup G>
-bool Settlement<G>::all_agree() const {
+bool ConsistentSolve<G>::all_agree() const {
   for (const auto& edge : part_.edges)
     if (edge.robust && squared_error(part_, edge) > gate_) return false;
   return true;
@@ -91,7 +91,7 @@ bool Settlement<G>::all_agree() const {
 
 /// Where accepted loops contradict each other.
 template <LieGroup G>
-Result<void> Settlement<G>::part_with_outliers() {
+Result<void> ConsistentSolve<G>::part_with_outliers() {
   GncOptions options;
   options.inlier_probability = options_.inlier_probability;
   options.optimise = options_.optimise;
@@ -108,7 +108,7 @@ Result<void> Settlement<G>::part_with_outliers() {
 
 /// Rejected loops that agree with the optimum.
 template <LieGroup G>
-bool Settlement<G>::take_back() {
+bool ConsistentSolve<G>::readmit() {
   bool any = false;
   for (std::size_t k = 0; k < kept_.size(); ++k) {
     if (keeps(k) || squared_error(part_, graph_.edges[k]) > gate_) continue;
@@ -118,7 +118,7 @@ bool Settlement<G>::take_back() {
 }
 
 template <LieGroup G>
-Result<void> Settlement<G>::start() {
+Result<void> ConsistentSolve<G>::start() {
   for (std::size_t k = 0; k < kept_.size(); ++k) kept_[k] = growth_.accepted(k) ? 1 : 0;
   select();
   auto done = start_from_chordal(part_);
@@ -127,7 +127,7 @@ Result<void> Settlement<G>::start() {
 }
 
 template <LieGroup G>
-bool Settlement<G>::accept_at_optimum() {
+bool ConsistentSolve<G>::accept_at_optimum() {
   constexpr std::size_t kMost = 200;  // open loops; each is a few solves
   if (growth_.open() == 0 || growth_.open() > kMost || !optimiser_.prepare_covariances(part_))
     return false;
@@ -140,7 +140,7 @@ bool Settlement<G>::accept_at_optimum() {
 
 /// Accepts loops by paths, then at the optimum.
 template <LieGroup G>
-Result<void> Settlement<G>::grow() {
+Result<void> ConsistentSolve<G>::grow() {
   growth_.run();
   auto done = start();
   while (done) {
@@ -153,12 +153,12 @@ Result<void> Settlement<G>::grow() {
 }
 
 template <LieGroup G>
-Result<void> Settlement<G>::run() {
+Result<void> ConsistentSolve<G>::run() {
   constexpr int kMostRounds = 5;
   auto done = grow();
   for (int round = 0; done && round < kMostRounds; ++round) {
     if (!all_agree()) done = part_with_outliers();
-    if (!done || !take_back()) break;
+    if (!done || !readmit()) break;
     select();
     done = optimise_part();
   }
@@ -182,18 +182,18 @@ Result<void> run(PoseGraph<G>& graph, const LoopConsistencyOptions& options,
   if (done) done = validate(graph);
   if (done) done = detail::check_chain(graph);
   if (!done) return done;
-  Settlement<G> settlement(graph, options, report);
-  done = settlement.run();
-  const detail::LoopGrowth<G>& growth = settlement.growth();
+  ConsistentSolve<G> solve(graph, options, report);
+  done = solve.run();
+  const detail::LoopGrowth<G>& growth = solve.growth();
   report.noise_scale = growth.noise_scale();
   report.rounds = growth.rounds();
   if (!done) return done;
   for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-    if (settlement.keeps(k)) continue;
+    if (solve.keeps(k)) continue;
     report.rejected.push_back(static_cast<int>(k));
     if (growth.undecided(k)) report.undecided.push_back(static_cast<int>(k));
   }
-  graph.poses = settlement.take();
+  graph.poses = solve.take_poses();
   return {};
 }
 

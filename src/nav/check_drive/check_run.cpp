@@ -15,7 +15,8 @@ namespace {
 using Cause = DriveFinding::Cause;
 using Kind = InnovationRecord::Kind;
 
-constexpr float kUnknownHeading_rad = 0.6F;
+/// A heading that is known at least to one side: the filter's equations hold.
+constexpr float kKnownHeading_rad = 0.6F;
 
 struct Offered {
   std::size_t count = 0, rejected = 0;
@@ -75,17 +76,14 @@ std::vector<DriveFinding> check_run(const GnssInsRecording& recording,
   }
   if (worst.share() > kRejectedLimit)
     findings.push_back(rejected_finding(recording, name, worst.share()));
-  const auto lost =
-      std::count_if(result.notices.begin(), result.notices.end(), [](const GnssInsNotice& n) {
-        return n.text.starts_with("the solution") && n.text.ends_with("reinitialising");
-      });
+  const auto lost = std::ranges::count_if(result.notices, &GnssInsNotice::lost);
   if (lost >= kLostLimit)
     findings.push_back(
         {Cause::reinitialised,
          "the solution was lost and reinitialised " + std::to_string(lost) + " times",
          "mounting_deg, imu_time_offset_s, units and signs of the unit"});
   const bool known = std::any_of(result.points.begin(), result.points.end(), [](const auto& p) {
-    return p.sigma[ins_state::kAttitude + 2] < kUnknownHeading_rad;
+    return p.sigma[ins_state::kAttitude + 2] < kKnownHeading_rad;
   });
   if (!known && !result.points.empty())
     findings.push_back({Cause::unknown_heading,

@@ -8,7 +8,6 @@
 #include <deque>
 #include <numbers>
 #include <optional>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -85,27 +84,26 @@ class CoarseStarter {
   /// A straight line through the positions from the `first`.
   [[nodiscard]] std::optional<Slope> fit_slope(std::size_t first) const {
     if (track_.size() < first + 4) return std::nullopt;
-    const std::vector<Place> places(track_.begin() + static_cast<std::ptrdiff_t>(first),
-                                    track_.end());
-    const auto n = static_cast<double>(places.size());
-    const LogTime end = places.back().time;
+    const auto begin = track_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto n = static_cast<double>(track_.size() - first);
+    const LogTime end = track_.back().time;
     double mean_s = 0.0, mean_heading = 0.0, squares = 0.0, low = 1e9, high = -1e9;
-    for (const Place& p : places) {
-      mean_s += to_seconds(p.time - end) / n, mean_heading += p.heading_rad / n;
-      low = std::min(low, p.heading_rad), high = std::max(high, p.heading_rad);
+    for (auto p = begin; p != track_.end(); ++p) {
+      mean_s += to_seconds(p->time - end) / n, mean_heading += p->heading_rad / n;
+      low = std::min(low, p->heading_rad), high = std::max(high, p->heading_rad);
     }
     Slope slope;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const Place& p : places) {
-      const double t = to_seconds(p.time - end) - mean_s;
-      squares += t * t, sum += t * p.ned_m;
+    for (auto p = begin; p != track_.end(); ++p) {
+      const double t = to_seconds(p->time - end) - mean_s;
+      squares += t * t, sum += t * p->ned_m;
     }
     if (!(squares > 0.0)) return std::nullopt;
     slope.mps = sum / squares;
     slope.sigma_mps = sigma_m_ / std::sqrt(squares);
-    slope.span_s = to_seconds(end - places.front().time);
+    slope.span_s = to_seconds(end - begin->time);
     slope.turn_rad = high - low;
-    slope.turn_after_rad = places.back().heading_rad - mean_heading;
+    slope.turn_after_rad = track_.back().heading_rad - mean_heading;
     return slope;
   }
 

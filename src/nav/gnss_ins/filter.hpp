@@ -264,14 +264,14 @@ class GnssIns::Filter {
       if (snapshots_.empty() ||
           engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
         if (!engine_->on_earth()) {
-          events_.note(t, "the solution is off the Earth: reinitialising");
+          events_.note(t, "the solution is off the Earth: reinitialising", true);
           forget();
           return true;
         }
         snapshots_.push_back({done_, *engine_, history_.end()});
       }
     } else if (engine_->lost()) {
-      events_.note(t, "the solution has diverged from the measurements: reinitialising");
+      events_.note(t, "the solution has diverged from the measurements: reinitialising", true);
       forget();
     }
     return true;

@@ -28,8 +28,8 @@ struct EventLog {
   std::vector<GnssInsNotice> notices;
   bool open = true;
 
-  void note(LogTime time, std::string text) {
-    if (open) notices.push_back({time, std::move(text)});
+  void note(LogTime time, std::string text, bool lost = false) {
+    if (open) notices.push_back({time, std::move(text), lost});
   }
 };
 

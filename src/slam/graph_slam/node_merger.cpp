@@ -70,7 +70,7 @@ bool NodeMerger::is_known(const NodeMap& nodes, const Link& link) const {
          agrees(nodes.graph(), nodes.graph().edges[link.edge], kernel);
 }
 
-int NodeMerger::twin(const NodeMap& nodes) const {
+int NodeMerger::nearest_older(const NodeMap& nodes) const {
   const double turn = options_.merge_turn.radians();
   int nearest = -1;
   double distance = options_.merge_distance_m;
@@ -103,8 +103,8 @@ void NodeMerger::join_kept(NodeMap& nodes, const std::vector<Link>& links, const
   }
 }
 
-void NodeMerger::merge(NodeMap& nodes, const std::vector<Link>& links, const Link& anchor, int twin,
-                       std::vector<ScanPose>& scans) {
+void NodeMerger::merge(NodeMap& nodes, const std::vector<Link>& links, const Link& anchor,
+                       int older, std::vector<ScanPose>& scans) {
   auto& edges = nodes.graph().edges;
   const Relative to_leaving(anchor.T_node_leaving, anchor.covariance);
   for (PoseEdge<SE2d>& e : edges) {
@@ -118,18 +118,17 @@ void NodeMerger::merge(NodeMap& nodes, const std::vector<Link>& links, const Lin
   }
   join_kept(nodes, links, anchor);
   std::erase_if(edges, [&](const PoseEdge<SE2d>& e) { return e.from == kept_ || e.to == kept_; });
-  const SE2d T_twin_leaving = nodes.pose(twin).inverse() * nodes.pose(kept_);
+  const SE2d T_older_leaving = nodes.pose(older).inverse() * nodes.pose(kept_);
   for (auto s = scans.rbegin(); s != scans.rend(); ++s) {
     if (s->node < kept_) break;
     if (s->node == kept_) {
-      s->T_node_base = T_twin_leaving * s->T_node_base;
-      s->node = twin;
+      s->T_node_base = T_older_leaving * s->T_node_base;
+      s->node = older;
     } else {
       --s->node;
     }
   }
   nodes.erase(kept_);
-  merged_ = true;
 }
 
 int NodeMerger::update(NodeMap& nodes, std::vector<ScanPose>& scans) {
@@ -138,7 +137,7 @@ int NodeMerger::update(NodeMap& nodes, std::vector<ScanPose>& scans) {
   int removed = 0;
   const int window = window_of(options_);
   while (nodes.latest() - kept_ > window) {
-    const int older = on && kept_ > 0 ? twin(nodes) : -1;
+    const int older = on && kept_ > 0 ? nearest_older(nodes) : -1;
     const std::vector<Link> all = older < 0 ? std::vector<Link>() : links(nodes);
     const Link* anchor = nullptr;
     for (const Link& link : all)

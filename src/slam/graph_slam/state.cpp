@@ -38,7 +38,7 @@ void all_fields(A& a, GraphSlamState& s) {
   });
   MotionState::fields(a, s.motion);
   wayfare::field(a, s.scans);
-  fields(a, s.pose, s.since_node, s.last_searched, s.kept, s.merged);
+  fields(a, s.pose, s.since_node, s.last_searched, s.kept, s.nodes.merged());
   GraphSlamStatistics& n = s.statistics;
   for (std::size_t* count : {&n.scans, &n.unmatched_scans, &n.widened_searches, &n.loop_closures,
                              &n.loops_refused, &n.optimisations})

@@ -87,28 +87,25 @@ class GraphSlamEngine {
   }
 
   /// All of the state but the options and the matching.
-  [[nodiscard]] std::vector<std::uint8_t> save() {
-    int last_searched = loop_closer_.last_searched(), kept = merger_.kept();
-    bool merged = merger_.merged();
-    return detail::save(state(last_searched, kept, merged));
-  }
+  [[nodiscard]] std::vector<std::uint8_t> save() { return detail::save(state()); }
   /// Continues from it; to be discarded after an Error.
   Result<void> restore(std::span<const std::uint8_t> bytes) {
-    int last_searched = 0, kept = 0;
-    bool merged = false;
-    if (auto ok = detail::restore(state(last_searched, kept, merged), bytes); !ok) return ok;
-    loop_closer_.restore(last_searched, merged);
-    merger_.restore(kept, merged);
-    return {};
+    return detail::restore(state(), bytes);
   }
 
   [[nodiscard]] const PoseGraph2& graph() const { return nodes_.graph(); }
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
 
  private:
-  GraphSlamState state(int& last_searched, int& kept, bool& merged) {
-    return {nodes_,      motion_model_, scans_, pose_, since_node_,
-            statistics_, last_searched, kept,   merged};
+  GraphSlamState state() {
+    return {nodes_,
+            motion_model_,
+            scans_,
+            pose_,
+            since_node_,
+            statistics_,
+            loop_closer_.last_searched(),
+            merger_.kept()};
   }
   static GraphSlamOptions with_valid_counts(GraphSlamOptions o) {
     limit_counts({&o.local_nodes, &o.sharp_nodes, &o.nodes_between_loops, &o.loop_gap_nodes,

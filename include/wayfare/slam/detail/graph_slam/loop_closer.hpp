@@ -43,14 +43,9 @@ class LoopCloser {
   void nodes_removed(int count) {
     last_searched_ -= count;
     uncertainty_ = {};
-    merged_ = true;
   }
-  /// The node searched last, and whether nodes were merged.
-  [[nodiscard]] int last_searched() const { return last_searched_; }
-  void restore(int last_searched, bool merged) {
-    last_searched_ = last_searched;
-    merged_ = merged;
-  }
+  /// The node searched last; to be set with a restored graph.
+  [[nodiscard]] int& last_searched() { return last_searched_; }
 
  private:
   struct Candidate {
@@ -133,7 +128,7 @@ class LoopCloser {
   [[nodiscard]] std::vector<PlacedPoints> around(const NodeMap& nodes, int node) const {
     const int end = nodes.latest() - options_.loop_gap_nodes + 5;
     const int count = options_.loop_map_nodes;
-    if (!merged_) return nodes.chain(node - count, std::min(node + count, end));
+    if (!nodes.merged()) return nodes.chain(node - count, std::min(node + count, end));
     return nodes.around(nodes.pose(node), count * options_.node_distance_m,
                         static_cast<std::size_t>(2 * count + 1), end + 1);
   }
@@ -167,7 +162,6 @@ class LoopCloser {
   Matching matching_;
   PathUncertaintyFinder uncertainty_;
   int last_searched_ = 0;
-  bool merged_ = false;
 };
 
 }  // namespace wayfare::detail

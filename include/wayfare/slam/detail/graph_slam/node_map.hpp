@@ -60,7 +60,11 @@ class NodeMap {
       e.from -= e.from > k ? 1 : 0;
       e.to -= e.to > k ? 1 : 0;
     }
+    merged_ = true;
   }
+  /// Whether nodes were merged into others: consecutive ones need not have been passed in a row.
+  [[nodiscard]] bool& merged() { return merged_; }
+  [[nodiscard]] bool merged() const { return merged_; }
 
   /// Nodes first..last, as far as they exist, within `radius_m` of the last of them.
   [[nodiscard]] std::vector<PlacedPoints> chain(
@@ -92,6 +96,7 @@ class NodeMap {
 
   PoseGraph2 graph_;
   std::vector<NodeView> views_;  // one per pose
+  bool merged_ = false;
 };
 
 }  // namespace wayfare::detail

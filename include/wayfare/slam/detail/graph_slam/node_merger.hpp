@@ -23,17 +23,13 @@ class NodeMerger {
   /// Whether nodes are merged at this size of the graph.
   [[nodiscard]] bool is_on(const NodeMap& nodes) const {
     return options_.nodes_before_merging > 0 &&
-           (merged_ || nodes.size() > options_.nodes_before_merging);
+           (nodes.merged() || nodes.size() > options_.nodes_before_merging);
   }
   /// To be called after each node; the number of nodes removed.
   int update(NodeMap& nodes, std::vector<ScanPose>& scans);
 
-  /// Nodes that stay, the first ones.
-  [[nodiscard]] int kept() const { return kept_; }
-  /// Continues with a restored graph.
-  void restore(int kept, bool merged) { kept_ = kept, merged_ = merged; }
-  /// Whether a node was merged.
-  [[nodiscard]] bool merged() const { return merged_; }
+  /// Nodes that stay, the first ones; to be set with a restored graph.
+  [[nodiscard]] int& kept() { return kept_; }
 
  private:
   /// An edge between a kept node and the node that leaves the window, seen from the kept one.
@@ -46,14 +42,13 @@ class NodeMerger {
 
   [[nodiscard]] std::vector<Link> links(const NodeMap& nodes) const;
   [[nodiscard]] bool is_known(const NodeMap& nodes, const Link& link) const;
-  [[nodiscard]] int twin(const NodeMap& nodes) const;
-  void merge(NodeMap& nodes, const std::vector<Link>& links, const Link& anchor, int twin,
+  [[nodiscard]] int nearest_older(const NodeMap& nodes) const;
+  void merge(NodeMap& nodes, const std::vector<Link>& links, const Link& anchor, int older,
              std::vector<ScanPose>& scans);
   void join_kept(NodeMap& nodes, const std::vector<Link>& links, const Link& anchor);
 
   GraphSlamOptions options_;
   int kept_ = 0;
-  bool merged_ = false;
 };
 
 }  // namespace wayfare::detail

@@ -23,7 +23,6 @@ struct GraphSlamState {
   Eigen::Matrix3d& since_node;
   GraphSlamStatistics& statistics;
   int &last_searched, &kept;
-  bool& merged;
 };
 
 /// As bytes.
