@@ -2,18 +2,35 @@
 
 // Access control and rate limits of the monitor's server.
 
+#include <arpa/inet.h>
+
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cstddef>
 #include <mutex>
 #include <random>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace wayfare::examples {
 
+/// Whether it is `localhost`, or an address of the loopback interface: 127.0.0.0/8 in four numbers,
+/// or ::1. Names that begin like an address are not.
 [[nodiscard]] inline bool is_loopback(const std::string& host) {
-  return host == "localhost" || host == "::1" || host == "[::1]" || host.rfind("127.", 0) == 0;
+  in_addr four{};
+  if (::inet_pton(AF_INET, host.c_str(), &four) == 1) return ntohl(four.s_addr) >> 24U == 127;
+  return host == "localhost" || host == "::1" || host == "[::1]";
+}
+
+/// In small letters, without the port.
+[[nodiscard]] inline std::string host_of(std::string host_and_port) {
+  const auto colon = host_and_port.rfind(':');
+  if (colon != std::string::npos && host_and_port.find(']', colon) == std::string::npos)
+    host_and_port.resize(colon);
+  for (char& c : host_and_port) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return host_and_port;
 }
 
 /// 128 random bits in hexadecimal.
@@ -58,6 +75,7 @@ class RateLimit {
 /// Credentials of a request.
 struct Credentials {
   std::string host;           ///< header Host
+  std::string origin;         ///< header Origin, of a page that sends the request; may be empty
   std::string authorization;  ///< header Authorization
   std::string token;          ///< parameter token
 };
@@ -68,43 +86,52 @@ struct Refusal {
   const char* why = "";
 };
 
-/// Accepts requests with the token or, without a token, those addressed to this host by name;
-/// within rate limits, which are separate for accepted and refused clients.
+/// Which requests need the token.
+struct AccessOptions {
+  std::string token;                ///< empty: none does
+  bool reading_needs_token = true;  ///< else only commands do
+  std::vector<std::string> hosts;   ///< names of this host besides those of the loopback interface
+  double requests_per_s = 200.0;    ///< of accepted clients; a tenth of it for refused ones
+};
+
+/// Accepts commands with the token; reading requests with the token or, where it is not needed,
+/// those that address this host by name and come from no page of another. Rate limits are separate
+/// for accepted and refused clients.
 class Access {
  public:
-  Access(std::string token, std::string host, double requests_per_s)
-      : token_(std::move(token)),
-        host_(std::move(host)),
-        guests_(requests_per_s),
-        strangers_(0.1 * requests_per_s) {}
+  explicit Access(AccessOptions options)
+      : options_(std::move(options)),
+        guests_(options_.requests_per_s),
+        strangers_(0.1 * options_.requests_per_s) {}
 
-  [[nodiscard]] Refusal judge(const Credentials& given) {
-    const bool here = names_this_host(given.host), known = knows_token(given);
-    if (!(here && known ? guests_ : strangers_).take()) return {429, "too many requests"};
-    if (!here) return {403, "this is another host"};
-    if (!known) return {401, "the token is missing or wrong"};
+  [[nodiscard]] Refusal check(const Credentials& given, bool is_command) {
+    const bool known = knows_token(given);
+    const bool open = options_.token.empty() || (!options_.reading_needs_token && !is_command);
+    // Pages of other sites must not read by DNS rebinding, nor send commands.
+    const bool here = (known || is_here(given.host)) &&
+                      (given.origin.empty() || given.origin == "http://" + given.host);
+    const bool accepted = here && (known || open);
+    if (!(accepted ? guests_ : strangers_).take()) return {429, "too many requests"};
+    if (!here && (known || open)) return {403, "this is another host"};
+    if (!accepted) return {401, "the token is missing or wrong"};
     return {};
   }
 
  private:
-  /// Without a token, pages of other sites must not reach this server by DNS rebinding.
-  [[nodiscard]] bool names_this_host(std::string host) const {
-    if (!token_.empty()) return true;
-    const auto colon = host.rfind(':');
-    if (colon != host.npos && host.find(']', colon) == host.npos) host.resize(colon);
-    return is_loopback(host) || host == host_;
+  [[nodiscard]] bool is_here(const std::string& host_and_port) const {
+    const std::string host = host_of(host_and_port);
+    return is_loopback(host) || std::ranges::find(options_.hosts, host) != options_.hosts.end();
   }
-
   [[nodiscard]] bool knows_token(const Credentials& given) const {
-    if (token_.empty()) return true;
+    if (options_.token.empty()) return false;
     constexpr std::size_t kBearer = 7;
     if (given.authorization.rfind("Bearer ", 0) == 0 &&
-        same(given.authorization.substr(kBearer), token_))
+        same(given.authorization.substr(kBearer), options_.token))
       return true;
-    return same(given.token, token_);
+    return same(given.token, options_.token);
   }
 
-  const std::string token_, host_;
+  const AccessOptions options_;
   RateLimit guests_, strangers_;
 };
 

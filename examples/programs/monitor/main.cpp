@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <thread>
 
@@ -30,12 +31,22 @@ int main(int argc, char** argv) {
                  "address to listen on; all but loopback addresses require a token")
       .show_default();
   app.add_number("--port", o.port, 0, 65535, "port to listen on; 0: any free port");
-  app.add_option("--token", o.token, "required in every request; generated if needed");
+  app.add_option("--host-name", o.host_names,
+                 "another name of this computer by which browsers may address it; repeatable");
+  app.add_option("--token", o.token,
+                 "required in every request, and visible to other users of this computer; default: "
+                 "generated, on a loopback address for commands only");
+  app.add_option("--token-file", o.token_file,
+                 "file that gets the token, readable by this user only, while the monitor runs; "
+                 "default: $XDG_RUNTIME_DIR/wayfare_monitor_PORT.token");
   app.example("recording.mcap", "a recording at http://127.0.0.1:8090");
   app.example("--live control.sock --port 8100", "a running logger");
   if (const auto code = app.parse(argc, argv)) return *code;
   if (o.recording.empty() && o.live.empty())
     return examples::exit_code("monitor", examples::bad_use("needs a recording or a live logger"));
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (o.token_file.empty() && runtime != nullptr)
+    o.token_file = std::string(runtime) + "/wayfare_monitor_" + std::to_string(o.port) + ".token";
   const auto end = [](int) { end_requested = 1; };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);

@@ -1,5 +1,8 @@
 #include "server.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -11,12 +14,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include <wayfare/io/detail/descriptor.hpp>
+
 #include "access.hpp"
 #include "live_link.hpp"
 #include "recording_view.hpp"
 
-// After Eigen: one of its headers redefines a name that Eigen uses.
-#include <httplib.h>
+#include "bounded_server.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -44,12 +48,6 @@ class Slot {
   bool has_ = false;
 };
 
-/// httplib listens with a backlog of five connections and has no option for it.
-class Server : public httplib::Server {
- public:
-  void set_backlog(int connections) { ::listen(svr_sock_, connections); }
-};
-
 void refuse(Response& response, int status, const std::string& why) {
   response.status = status;
   response.set_content(why + "\n", "text/plain");
@@ -59,6 +57,47 @@ double number_of(const Request& request, const char* name, double otherwise) {
   if (!request.has_param(name)) return otherwise;
   const double value = std::strtod(request.get_param_value(name).c_str(), nullptr);
   return value >= 0.0 && value < 1e9 ? value : otherwise;
+}
+
+/// A file with a secret, readable by this user only, during its lifetime.
+class SecretFile {
+ public:
+  static Result<SecretFile> create(const std::string& path, const std::string& secret) {
+    // An old one may have another mode, or be a link to another file.
+    ::unlink(path.c_str());
+    const io::Descriptor file(
+        ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, 0600));
+    const std::string line = secret + "\n";
+    if (file.get() < 0 ||
+        ::write(file.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()))
+      return io::system_error("cannot be written", path);
+    return SecretFile(path);
+  }
+  SecretFile() = default;
+  SecretFile(SecretFile&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+  SecretFile& operator=(SecretFile&& other) noexcept {
+    std::swap(path_, other.path_);
+    return *this;
+  }
+  ~SecretFile() {
+    if (!path_.empty()) ::unlink(path_.c_str());
+  }
+
+ private:
+  explicit SecretFile(std::string path) : path_(std::move(path)) {}
+  std::string path_;
+};
+
+AccessOptions access_options(const MonitorOptions& o, bool open_reading) {
+  return {o.token, !open_reading, o.host_names, o.requests_per_s};
+}
+
+ConnectionLimits connection_limits(const MonitorOptions& o) {
+  ConnectionLimits limits;
+  limits.connections = o.connections;
+  limits.per_address = std::max<std::size_t>(o.connections / 4, 1);
+  limits.request_time = std::chrono::milliseconds(static_cast<long>(1000.0 * o.request_s));
+  return limits;
 }
 
 /// A file name with the topic.
@@ -72,8 +111,11 @@ std::string file_name(std::string topic, const char* end) {
 }  // namespace
 
 struct MonitorServer::Impl {
-  explicit Impl(MonitorOptions given)
-      : options(std::move(given)), access(options.token, options.host, options.requests_per_s) {}
+  Impl(MonitorOptions given, bool open)
+      : options(std::move(given)),
+        open_reading(open),
+        access(access_options(options, open_reading)),
+        server(connection_limits(options)) {}
   ~Impl() {
     quit = true;
     server.stop();
@@ -82,8 +124,9 @@ struct MonitorServer::Impl {
 
   bool admit(const Request& request, Response& response) {
     const Refusal refusal =
-        access.judge({request.get_header_value("Host"), request.get_header_value("Authorization"),
-                      request.get_param_value("token")});
+        access.check({request.get_header_value("Host"), request.get_header_value("Origin"),
+                      request.get_header_value("Authorization"), request.get_param_value("token")},
+                     request.path == "/api/command");
     if (refusal.status != 0) refuse(response, refusal.status, refusal.why);
     return refusal.status == 0;
   }
@@ -212,11 +255,6 @@ struct MonitorServer::Impl {
                                  "default-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
                                  "frame-ancestors 'none'"}});
     server.set_payload_max_length(256);
-    server.set_read_timeout(5);
-    server.set_write_timeout(5);
-    server.set_keep_alive_timeout(5);
-    const std::size_t threads = options.connections;
-    server.new_task_queue = [threads] { return new httplib::ThreadPool(threads); };
     server.Get("/", [](const Request&, Response& response) {
       response.set_content(monitor_page(), "text/html; charset=utf-8");
     });
@@ -229,14 +267,16 @@ struct MonitorServer::Impl {
     route_live();
   }
 
-  MonitorOptions options;
+  const MonitorOptions options;
+  const bool open_reading;  // only commands need the token
   Access access;
   std::atomic<bool> quit{false};
   std::atomic<std::size_t> queries{0}, listeners{0};
   std::shared_ptr<LiveLink> live;
   std::mutex view_mutex;
   std::shared_ptr<const RecordingView> shown;
-  Server server;
+  BoundedServer server;
+  SecretFile token_file;
   int port = 0;
   std::thread thread;
 };
@@ -249,8 +289,10 @@ Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions optio
     return Error{ErrorCode::invalid, "a monitor needs a recording or a live logger"};
   if (!options.recording.empty())
     if (const auto file = io::McapReader::open(options.recording); !file) return file.error();
-  if (options.token.empty() && !is_loopback(options.host)) options.token = random_token();
-  auto impl = std::make_unique<Impl>(std::move(options));
+  const bool open_reading = options.token.empty() && is_loopback(options.host);
+  if (options.token.empty() && (!open_reading || !options.live.empty()))
+    options.token = random_token();
+  auto impl = std::make_unique<Impl>(std::move(options), open_reading);
   const MonitorOptions& o = impl->options;
   if (!o.live.empty()) impl->live = std::make_shared<LiveLink>(o.live, o.baud);
   impl->set_up();
@@ -261,6 +303,11 @@ Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions optio
   }
   if (impl->port <= 0)
     return Error{ErrorCode::io, "cannot listen on port " + std::to_string(o.port), o.host};
+  if (!o.token_file.empty() && !o.token.empty()) {
+    auto file = SecretFile::create(o.token_file, o.token);
+    if (!file) return file.error();
+    impl->token_file = std::move(*file);
+  }
   impl->server.set_backlog(512);
   impl->thread = std::thread([raw = impl.get()] { raw->server.listen_after_bind(); });
   while (!impl->server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -270,9 +317,10 @@ Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions optio
 int MonitorServer::port() const { return impl_->port; }
 const std::string& MonitorServer::token() const { return impl_->options.token; }
 std::string MonitorServer::url() const {
-  const std::string& token = impl_->options.token;
-  return "http://" + impl_->options.host + ":" + std::to_string(impl_->port) + "/" +
-         (token.empty() ? "" : "?token=" + token);
+  const MonitorOptions& o = impl_->options;
+  // What follows # stays in the browser.
+  return "http://" + o.host + ":" + std::to_string(impl_->port) + "/" +
+         (o.token.empty() ? "" : (impl_->open_reading ? "#token=" : "?token=") + o.token);
 }
 
 }  // namespace wayfare::examples

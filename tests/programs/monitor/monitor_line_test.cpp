@@ -68,7 +68,7 @@ TEST(MonitorOverALine, ShowsOneSampleOfEachSensorAndControls) {
   EXPECT_NEAR(sector(90.0), 200.0, 3.0);
   EXPECT_EQ(radar["cm"].size(), 3U);
   const auto command = [&](const char* body) {
-    return client.Post("/api/command", {{"X-Wayfare", "1"}}, body, "text/plain")->status;
+    return client.Post("/api/command", by(*server), body, "text/plain")->status;
   };
   EXPECT_EQ(command("C"), 200);
   EXPECT_EQ(command("B"), 200);

@@ -86,6 +86,11 @@ inline httplib::Client client_of(const MonitorServer& server) {
   return client;
 }
 
+/// Headers of a command from the page of the server.
+inline httplib::Headers by(const MonitorServer& server) {
+  return {{"X-Wayfare", "1"}, {"Authorization", "Bearer " + server.token()}};
+}
+
 /// A line of two ends, each a serial port: what is written to one is read from the other.
 class Line {
  public:

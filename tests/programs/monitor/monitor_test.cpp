@@ -1,9 +1,5 @@
 // The monitor's server for browsers and other clients.
 
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <sstream>
 #include <string>
@@ -107,60 +103,6 @@ TEST(Monitor, DemandsItsToken) {
   EXPECT_EQ(client.Get("/api/contents", {{"Authorization", "Bearer sesame"}})->status, 200);
 }
 
-TEST(Monitor, KeepsOtherSitesOut) {
-  const Recorded recorded;
-  const auto server = serve({.recording = recorded.path});
-  auto client = client_of(*server);
-  EXPECT_EQ(client.Get("/api/contents", {{"Host", "evil.example"}})->status, 403);
-  EXPECT_EQ(client.Get("/api/contents", {{"Host", "localhost:1"}})->status, 200);
-  EXPECT_EQ(client.Post("/api/command", "B", "text/plain")->status, 403);
-}
-
-TEST(Monitor, BoundsRequestsInSizeAndRate) {
-  const Recorded recorded;
-  const auto server = serve({.recording = recorded.path, .requests_per_s = 20.0});
-  auto client = client_of(*server);
-  EXPECT_EQ(client.Post("/api/command", std::string(10'000, 'B'), "text/plain")->status, 413);
-  EXPECT_EQ(client.Get("/" + std::string(10'000, 'x'))->status, 414);
-  const auto header = client.Get("/", {{"X-Long", std::string(100'000, 'x')}});
-  EXPECT_TRUE(!header || header->status >= 400);
-  int refused = 0;
-  for (int i = 0; i < 100; ++i) refused += client_of(*server).Get("/")->status == 429 ? 1 : 0;
-  EXPECT_GT(refused, 20);
-  EXPECT_TRUE(wait_for(20s, [&] { return client_of(*server).Get("/")->status == 200; }));
-}
-
-/// A connection that sends only `text`.
-int half_a_request(int port, const std::string& text) {
-  const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  EXPECT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  EXPECT_EQ(::send(fd, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
-  return fd;
-}
-
-TEST(Monitor, SlowClientsHoldNobodyUp) {
-  const Recorded recorded;
-  const auto server = serve({.recording = recorded.path});
-  std::vector<int> slow;
-  for (int i = 0; i < 40; ++i)
-    slow.push_back(half_a_request(server->port(), i % 2 == 0
-                                                      ? "GET /api/contents HT"
-                                                      : "GET /export.csv?topic=/unit/imu "
-                                                        "HTTP/1.1\r\nHost: localhost\r\n\r\n"));
-  auto client = client_of(*server);
-  EXPECT_EQ(client.Get("/")->status, 200);
-  // Incomplete requests time out.
-  EXPECT_TRUE(wait_for(20s, [&] {
-    char byte = 0;
-    return ::recv(slow[0], &byte, 1, MSG_DONTWAIT) == 0 || (errno != EAGAIN);
-  }));
-  for (const int fd : slow) ::close(fd);
-}
-
 TEST(Monitor, AHundredClientsDoNoHarm) {
   const Recorded recorded;
   const auto server = serve({.recording = recorded.path});
@@ -187,7 +129,7 @@ TEST(Monitor, ShowsAndControlsALiveLogger) {
   const auto server = serve({.live = live.folder / "control", .listeners = 2});
   auto client = client_of(*server);
   const auto command = [&](const std::string& body) {
-    const auto answer = client.Post("/api/command", {{"X-Wayfare", "1"}}, body, "text/plain");
+    const auto answer = client.Post("/api/command", by(*server), body, "text/plain");
     return answer ? answer->status : 0;
   };
   EXPECT_EQ(command("X"), 400);
@@ -237,7 +179,7 @@ TEST(Monitor, OutlastsTheLogger) {
   const auto server = serve({.live = live->folder / "control"});
   auto client = client_of(*server);
   const auto check = [&] {
-    return client.Post("/api/command", {{"X-Wayfare", "1"}}, "C", "text/plain")->status;
+    return client.Post("/api/command", by(*server), "C", "text/plain")->status;
   };
   EXPECT_TRUE(wait_for(20s, [&] { return check() == 200; }));
   live->running.reset();
