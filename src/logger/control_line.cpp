@@ -1,6 +1,8 @@
 #include "logger/control_line.hpp"
 
+#include <fcntl.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -9,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 namespace wayfare::logger {
@@ -16,6 +19,19 @@ namespace wayfare::logger {
 using io::system_error;
 
 constexpr std::size_t kMostClients = 16;
+
+namespace {
+
+/// Of the program that listens at the other end of a socket.
+std::string process_of(int socket) {
+  ucred owner{};
+  socklen_t length = sizeof owner;
+  return ::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &owner, &length) == 0 && owner.pid > 0
+             ? ", process " + std::to_string(owner.pid)
+             : "";
+}
+
+}  // namespace
 
 Result<ControlLine> ControlLine::open(const std::string& port, int baud,
                                       const std::string& socket) {
@@ -33,7 +49,11 @@ Result<ControlLine> ControlLine::open(const std::string& port, int baud,
 }
 
 ControlLine::~ControlLine() {
-  if (listener_.get() >= 0) ::unlink(socket_path_.c_str());
+  // Another program may have replaced it.
+  struct stat there {};
+  if (listener_.get() >= 0 && ::lstat(socket_path_.c_str(), &there) == 0 &&
+      there.st_dev == device_ && there.st_ino == inode_)
+    ::unlink(socket_path_.c_str());
 }
 
 Result<void> ControlLine::listen(const std::string& path) {
@@ -44,12 +64,17 @@ Result<void> ControlLine::listen(const std::string& path) {
   std::memcpy(address.sun_path, path.c_str(), path.size());
   const auto* name = reinterpret_cast<const sockaddr*>(&address);
   constexpr int kType = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK;
+  // Others that look whether the socket is in use wait until it is.
+  const auto folder = std::filesystem::path(path).parent_path();
+  const Descriptor lock(
+      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (lock.get() >= 0) ::flock(lock.get(), LOCK_EX);
   Descriptor socket(::socket(AF_UNIX, kType, 0));
   const Descriptor probe(::socket(AF_UNIX, kType, 0));
   if (socket.get() < 0 || probe.get() < 0) return system_error("no socket", path);
   // Remove the socket of a killed logger; keep one that is listened on, and all that is no socket.
   if (::connect(probe.get(), name, sizeof address) == 0 || errno == EAGAIN)
-    return Error{ErrorCode::io, "is in use by another logger", path};
+    return Error{ErrorCode::io, "is in use by another logger" + process_of(probe.get()), path};
   struct stat there {};
   if (::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode)) ::unlink(path.c_str());
   // Only this user may control the logger: the file gets the mode of the socket.
@@ -58,6 +83,7 @@ Result<void> ControlLine::listen(const std::string& path) {
     return system_error("cannot be listened on", path);
   listener_ = std::move(socket);
   socket_path_ = path;
+  if (::lstat(path.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
   return {};
 }
 

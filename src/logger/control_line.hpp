@@ -3,6 +3,7 @@
 // The controllers of a logger: a serial line, and the clients of a Unix socket.
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -37,6 +38,7 @@ class ControlLine {
   static bool take(const Descriptor& client, const std::function<void(Command)>& sink);
 
   std::string port_path_, socket_path_;
+  std::uint64_t device_ = 0, inode_ = 0;  // of the socket's file
   int baud_ = 0;
   std::optional<SerialPort> port_;
   Descriptor listener_;

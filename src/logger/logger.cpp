@@ -2,6 +2,7 @@
 #include <array>
 #include <atomic>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -140,6 +141,24 @@ class Sensor {
   std::thread thread_;
 };
 
+/// Each line has one reader: no other program, sensor or remote control.
+Result<void> check_ports(const LoggerOptions& options) {
+  std::map<std::string, std::string> users;  // of the device that a path leads to
+  const auto add = [&](const std::string& port, const std::string& user) -> Result<void> {
+    std::error_code code;
+    const auto real = std::filesystem::canonical(port, code);
+    const auto [other, is_new] = users.emplace(code ? port : real.string(), user);
+    if (!is_new)
+      return Error{ErrorCode::invalid, "is the port of " + other->second + " and of " + user, port};
+    if (const auto process = process_of_line(port))
+      return Error{ErrorCode::io, "is in use by process " + std::to_string(*process), port};
+    return {};
+  };
+  for (const SensorOptions& s : options.sensors)
+    if (auto added = add(s.port, s.device.name); !added) return added;
+  return options.control_port.empty() ? Result<void>() : add(options.control_port, "the control");
+}
+
 Result<void> check(const LoggerOptions& options) {
   std::set<std::string> names = {"logger"};
   if (options.sensors.empty()) return Error{ErrorCode::invalid, "a logger needs a sensor"};
@@ -148,6 +167,7 @@ Result<void> check(const LoggerOptions& options) {
       return Error{ErrorCode::invalid, "a sensor's name is empty or taken", s.device.name};
     if (s.device.baud <= 0) return Error{ErrorCode::invalid, "needs a baud rate", s.device.name};
   }
+  if (auto sound = check_ports(options); !sound) return sound;
   const Duration least = milliseconds(1);
   if (options.flush_every < least || options.sync_every < Duration(0) ||
       options.status_every < least)

@@ -3,11 +3,16 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <stdlib.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
+#include <fstream>
 #include <limits>
 #include <thread>
 #include <utility>
@@ -48,6 +53,28 @@ void set_dtr(int fd, ModemLine line, std::string& note) {
     note += std::string(note.empty() ? "" : "; ") + "there is no modem line DTR";
 }
 
+/// False if another SerialPort has the line. Locks are released when a program ends, however it
+/// ends.
+bool lock(int fd) {
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) return errno != EWOULDBLOCK;
+  // Programs that ask for no lock are kept out, too. Not of a pseudo-terminal: its other end keeps
+  // it open, and with it this flag when the program has ended.
+  constexpr unsigned kFirstPty = 136, kLastPty = 143;
+  struct stat line {};
+  const bool pty = ::fstat(fd, &line) == 0 && major(line.st_rdev) >= kFirstPty &&
+                   major(line.st_rdev) <= kLastPty;
+  if (!pty) ::ioctl(fd, TIOCEXCL);
+  return true;
+}
+
+Error in_use(const std::string& path) {
+  const auto process = process_of_line(path);
+  return {
+      ErrorCode::io,
+      process ? "is in use by process " + std::to_string(*process) : "is in use by another program",
+      path};
+}
+
 /// Within what poll() waits for; a negative number would mean for ever.
 std::chrono::milliseconds waitable(std::chrono::milliseconds timeout) {
   return std::clamp(timeout, std::chrono::milliseconds(0),
@@ -73,7 +100,9 @@ Result<std::size_t> read_some(int fd, std::span<std::uint8_t> buffer,
 Result<SerialPort> SerialPort::open(const std::string& path, const SerialOptions& options) {
   if (options.baud <= 0) return Error{ErrorCode::invalid, "needs a baud rate", path};
   Descriptor fd(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (fd.get() < 0 && errno == EBUSY) return in_use(path);
   if (fd.get() < 0) return system_error("cannot be opened", path);
+  if (::isatty(fd.get()) != 0 && !lock(fd.get())) return in_use(path);
   SerialPort port(std::move(fd), path);
   if (!make_raw(port.descriptor(), options.baud, port.note_))
     return Error{ErrorCode::io, "is not a serial line", path};
@@ -96,6 +125,24 @@ Result<std::size_t> SerialPort::write(std::span<const std::uint8_t> bytes) {
 std::size_t SerialPort::unsent() const {
   int waiting = 0;
   return ::ioctl(fd_.get(), TIOCOUTQ, &waiting) == 0 ? static_cast<std::size_t>(waiting) : 0;
+}
+
+std::optional<int> process_of_line(const std::string& path) {
+  struct stat line {};
+  if (::stat(path.c_str(), &line) != 0) return std::nullopt;
+  // Of each lock: number, kind, "ADVISORY", "WRITE", process, MAJOR:MINOR:INODE of the file.
+  std::ifstream locks("/proc/locks");
+  for (std::string text; std::getline(locks, text);) {
+    int process = 0;
+    unsigned major_number = 0, minor_number = 0;
+    unsigned long inode = 0;
+    if (std::sscanf(text.c_str(), "%*s FLOCK %*s WRITE %d %x:%x:%lu", &process, &major_number,
+                    &minor_number, &inode) == 4 &&
+        process > 0 && inode == line.st_ino && major_number == major(line.st_dev) &&
+        minor_number == minor(line.st_dev))
+      return process;
+  }
+  return std::nullopt;
 }
 
 Result<PseudoTerminal> PseudoTerminal::open() {

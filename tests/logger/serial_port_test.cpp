@@ -1,6 +1,10 @@
 // Serial lines, from both ends of a pseudo-terminal.
 #include <wayfare/logger/serial_port.hpp>
 
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <fstream>
 #include <numeric>
@@ -89,6 +93,38 @@ TEST(SerialPort, ReportsInvalidAndClosedLines) {
   EXPECT_EQ(port->read(buffer, 1ms).value(), 0U);
   { const PseudoTerminal gone = std::move(*terminal); }
   EXPECT_FALSE(port->read(buffer, 1s));
+}
+
+TEST(SerialPort, IsOfOneOnly) {
+  auto terminal = PseudoTerminal::open();
+  EXPECT_EQ(process_of_line(terminal->path()), std::nullopt);
+  EXPECT_EQ(process_of_line("/nowhere/tty"), std::nullopt);
+  {
+    const auto first = SerialPort::open(terminal->path());
+    ASSERT_TRUE(first);
+    EXPECT_EQ(process_of_line(terminal->path()), ::getpid());
+    const auto second = SerialPort::open(terminal->path());
+    ASSERT_FALSE(second);
+    EXPECT_THAT(second.error().to_string(),
+                HasSubstr("in use by process " + std::to_string(::getpid())));
+  }
+  EXPECT_TRUE(SerialPort::open(terminal->path()));
+}
+
+TEST(SerialPort, OfAKilledProgramIsFree) {
+  auto terminal = PseudoTerminal::open();
+  const pid_t other = ::fork();
+  if (other == 0) {
+    const auto port = SerialPort::open(terminal->path());
+    for (;;) ::pause();
+  }
+  ASSERT_GT(other, 0);
+  EXPECT_TRUE(::wayfare::testing::wait_for(
+      20s, [&] { return process_of_line(terminal->path()) == other; }));
+  EXPECT_FALSE(SerialPort::open(terminal->path()));
+  ::kill(other, SIGKILL);
+  ::waitpid(other, nullptr, 0);
+  EXPECT_TRUE(SerialPort::open(terminal->path()));
 }
 
 TEST(StreamPlayer, KeepsTheTimesAndTheBytes) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -29,11 +30,12 @@ struct SerialOptions {
   ModemLine dtr = ModemLine::keep;  ///< set when the line is opened
 };
 
-/// A raw POSIX serial line (8 data bits, no parity). Works on pseudo-terminals, which have neither
-/// a rate nor modem lines.
+/// A raw POSIX serial line (8 data bits, no parity), which no other SerialPort shares. Works on
+/// pseudo-terminals, which have neither a rate nor modem lines.
 class SerialPort {
  public:
-  /// Errors: cannot be opened, is no terminal, no positive rate. Bytes received before are kept.
+  /// Errors: cannot be opened, is no terminal, no positive rate; is in use by another SerialPort,
+  /// with the number of its process. Bytes received before are kept.
   [[nodiscard]] static Result<SerialPort> open(const std::string& path,
                                                const SerialOptions& options = {});
 
@@ -58,6 +60,10 @@ class SerialPort {
   Descriptor fd_;
   std::string path_, note_;
 };
+
+/// The process whose SerialPort has the line at `path`; nothing where none has it, or where the
+/// system does not tell.
+[[nodiscard]] std::optional<int> process_of_line(const std::string& path);
 
 /// A pseudo-terminal: bytes written to it can be read from `path()` as a serial port.
 class PseudoTerminal {
