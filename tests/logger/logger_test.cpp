@@ -162,13 +162,13 @@ TEST(Logger, SurvivesADeviceThatIsUnplugged) {
   ASSERT_TRUE(has_read(**logger, 6));
   // Another terminal replaces it under the same name.
   const std::string link = one.folder / "port";
-  OneDevice other;
-  std::filesystem::create_symlink(one.terminal.path(), link);
+  OneDevice gone_too, other;
+  std::filesystem::create_symlink(gone_too.terminal.path(), link);
   other.options.sensors[0].port = link;
   auto second = Logger::start(other.options);
   ASSERT_TRUE(
       wait_for(20s, [&] { return (*second)->status().sensors[0].state != SensorState::waiting; }));
-  { const PseudoTerminal gone = std::move(one.terminal); }
+  { const PseudoTerminal gone = std::move(one.terminal), linked = std::move(gone_too.terminal); }
   EXPECT_TRUE(wait_for(20s, [&] {
     return (*logger)->status().sensors[0].state == SensorState::waiting &&
            (*second)->status().sensors[0].state == SensorState::waiting;

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <functional>
+#include <utility>
 
 #include "access.hpp"
 
@@ -53,12 +54,17 @@ class BoundedStream : public httplib::Stream {
 
   void begin_request(std::size_t bytes, milliseconds time) {
     left_ = bytes;
+    begun_ = refused_ = false;
     until_ = Clock::now() + time;
   }
   /// Whether bytes arrive within `time`.
   [[nodiscard]] bool arrives(milliseconds time) const {
     return begin_ < end_ || wait(socket_, POLLIN, Clock::now() + time);
   }
+
+  /// Whether the response to the request has no status of success: what follows in the connection
+  /// may be the rest of that request.
+  [[nodiscard]] bool refused() const { return refused_; }
 
   [[nodiscard]] bool is_readable() const override {
     return left_ > 0 && (begin_ < end_ || wait(socket_, POLLIN, until_));
@@ -75,6 +81,8 @@ class BoundedStream : public httplib::Stream {
     return static_cast<ssize_t>(n);
   }
   ssize_t write(const char* from, std::size_t size) override {
+    constexpr std::size_t kStatus = 9;  // after "HTTP/1.1 "
+    if (!std::exchange(begun_, true)) refused_ = size <= kStatus || from[kStatus] != '2';
     return is_writable() ? ::send(socket_, from, size, MSG_NOSIGNAL) : -1;
   }
   void get_remote_ip_and_port(std::string& address, int& port) const override {
@@ -99,6 +107,7 @@ class BoundedStream : public httplib::Stream {
   const milliseconds write_time_;
   std::array<char, 4096> buffer_{};
   std::size_t begin_ = 0, end_ = 0, left_ = 0;
+  bool begun_ = false, refused_ = false;  // of the response
   Clock::time_point until_;
 };
 
@@ -152,7 +161,7 @@ bool BoundedServer::process_and_close_socket(socket_t socket) {
       stream.begin_request(limits_.request_bytes, time());
       bool closed = false;
       done = process_request(stream, left == 1, closed, nullptr);
-      open = done && !closed;
+      open = done && !closed && !stream.refused();
     }
   }
   ::shutdown(socket, SHUT_RDWR);
