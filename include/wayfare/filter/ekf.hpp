@@ -120,6 +120,26 @@ class Ekf {
     return {nu, s, accepted};
   }
 
+  /// Updates with a scalar measurement whose noise is correlated with the error of the state:
+  /// `cross` is their covariance (Simon 2006, section 7.1). The weight of an UpdateGate divides the
+  /// variance of the innovation, noise and prediction together.
+  template <class Model, class Gate>
+  requires(ScalarMeasurementModel<Model, M>&& std::floating_point<Scalar>)
+      ScalarUpdate<Scalar> update_correlated(const Model& model, const Tangent& cross,
+                                             const Gate& gate) {
+    const auto measured = measure(model, state_);
+    const Tangent g = covariance_times(measured.row) + cross;
+    const Scalar s = row_times(measured.row, g) + row_times(measured.row, cross);
+    const Scalar variance = s + measured.variance, nu = measured.innovation;
+    const Innovation<Scalar, 1> innovation{nu, variance, nu * nu / variance};
+    Scalar weight(1);
+    const bool accepted = variance > Scalar(0) && is_finite(innovation.nis) &&
+                          detail::passes(gate, innovation, weight);
+    const Scalar used = variance / weight;
+    if (accepted) correct(measured.row, g, used, used, nu, accepted);
+    return {nu, variance, accepted};
+  }
+
   /// Updates with a vector measurement. It is rejected where its normalised innovation squared
   /// exceeds `nis_limit`, where it is not finite, and where HPHᵀ + R is not positive definite. For
   /// scalars only, not packs.
