@@ -2,6 +2,7 @@
 
 // Correlated errors of measurements, estimated beside the state of a filter.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -44,8 +45,11 @@ class CorrelatedErrors : public TapeRecorder<M> {
     own_ *= kept * kept;
     for (std::size_t i = 0; i < errors_.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      own_(k, k) += (1.0 - kept * kept) * errors_[i].sigma * errors_[i].sigma;
-      errors_[i].remembered *= kept;
+      ErrorOf& e = errors_[i];
+      const double renewed = (1.0 - kept * kept) * e.measured_variance;
+      own_(k, k) += renewed;
+      e.variance = kept * kept * e.variance + renewed;
+      e.remembered *= kept;
     }
     for (std::size_t i = errors_.size(); i-- > 0;)
       if (errors_[i].remembered < kForgotten) remove(i);
@@ -101,22 +105,24 @@ class CorrelatedErrors : public TapeRecorder<M> {
 
   struct ErrorOf {
     int key;
-    double sigma;
-    double remembered;  ///< of its value when it was last measured
+    double measured_variance;  ///< by the last measurement
+    double variance;           ///< without measurements
+    double remembered;         ///< of its value when it was last measured
   };
 
-  /// Of an error, a new one if needed. One whose standard deviation increases is joined by a new
-  /// one, of one that decreases a part vanishes.
+  /// Of an error, a new one if needed. A larger variance than before is that of a further error; a
+  /// smaller one takes effect as the error is renewed: what becomes of its value is unknown.
   Eigen::Index index_of(const Part& part) {
+    const double variance = part.sigma * part.sigma;
     for (std::size_t i = 0; i < errors_.size(); ++i) {
-      if (errors_[i].key != part.key) continue;
+      ErrorOf& e = errors_[i];
+      if (e.key != part.key) continue;
       const auto k = static_cast<Eigen::Index>(i);
-      const double before = errors_[i].sigma, ratio = part.sigma / before;
-      if (ratio > 1.0) own_(k, k) += part.sigma * part.sigma - before * before;
-      if (ratio < 1.0) mean_[k] *= ratio, own_.row(k) *= ratio, own_.col(k) *= ratio;
-      if (ratio < 1.0) cross_.col(k) *= ratio;
-      errors_[i].sigma = part.sigma;
-      errors_[i].remembered = 1.0;
+      const double further = std::max(variance - e.variance, 0.0);
+      own_(k, k) += further;
+      e.variance += further;
+      e.measured_variance = variance;
+      e.remembered = 1.0;
       return k;
     }
     const Eigen::Index n = mean_.size();
@@ -124,8 +130,8 @@ class CorrelatedErrors : public TapeRecorder<M> {
     own_.conservativeResizeLike(Eigen::MatrixXd::Zero(n + 1, n + 1));
     cross_.conservativeResizeLike(Cross::Zero(kDof, n + 1));
     measured_.setZero(n + 1);
-    own_(n, n) = part.sigma * part.sigma;
-    errors_.push_back({part.key, part.sigma, 1.0});
+    own_(n, n) = variance;
+    errors_.push_back({part.key, variance, variance, 1.0});
     return n;
   }
 
