@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "gnss/robust_solve.hpp"
 
@@ -87,16 +90,24 @@ std::optional<Maximum> climb(const System& s, const Mixture& mixture, Eigen::Vec
   return top;
 }
 
-/// Weighted least squares without the measurements of weight zero.
-std::optional<Eigen::VectorXd> without(const System& s, const std::vector<int>& left_out) {
+enum class Assumed { given, left_out, further };
+
+/// Weighted least squares under a hypothesis of the measurements, by their given σ or with the
+/// further error.
+std::optional<Eigen::VectorXd> solve_assumed(const System& s, const Mixture& mixture,
+                                             const std::vector<Assumed>& assumed) {
   const int n = s.unknowns();
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd side = Eigen::VectorXd::Zero(n);
   for (int i = 0; i < s.rows(); ++i) {
-    if (std::find(left_out.begin(), left_out.end(), i) != left_out.end()) continue;
-    const double w = 1.0 / (s[i].sigma * s[i].sigma);
+    const auto k = static_cast<std::size_t>(i);
+    const Assumed what = i < s.measurements() ? assumed[k] : Assumed::given;
+    if (what == Assumed::left_out) continue;
+    const bool further = what == Assumed::further;
+    const double sigma = further ? std::hypot(mixture.direct_sigma[k], mixture.sigma) : s[i].sigma;
+    const double w = 1.0 / (sigma * sigma);
     matrix += w * s[i].a * s[i].a.transpose();
-    side += w * s[i].value * s[i].a;
+    side += w * (s[i].value - (further ? mixture.mean : 0.0)) * s[i].a;
   }
   const Eigen::LDLT<Eigen::MatrixXd> factors(matrix);
   if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-9))
@@ -104,12 +115,16 @@ std::optional<Eigen::VectorXd> without(const System& s, const std::vector<int>& 
   return factors.solve(side);
 }
 
-/// The distinct maxima reached from the solutions with up to two measurements left out.
+/// The distinct maxima reached from the solutions with up to two measurements left out; where the
+/// others would not determine them, from those of every hypothesis.
 std::vector<Maximum> maxima(const System& s, const Mixture& mixture) {
   constexpr int kMostOfPairs = 20;  // the time grows with the cube of the number
+  constexpr int kMostOfAll = 8;     // 256 hypotheses
+  const int n = s.measurements();
   std::vector<Maximum> found;
-  const auto attempt = [&](const std::vector<int>& left_out) {
-    const auto start = without(s, left_out);
+  std::vector<Assumed> assumed(static_cast<std::size_t>(n), Assumed::given);
+  const auto attempt = [&] {
+    const auto start = solve_assumed(s, mixture, assumed);
     if (!start) return;
     auto top = climb(s, mixture, *start);
     if (!top) return;
@@ -117,11 +132,25 @@ std::vector<Maximum> maxima(const System& s, const Mixture& mixture) {
       if ((other.x - top->x).norm() < 0.5) return;
     found.push_back(*std::move(top));
   };
-  attempt({});
-  const int n = s.measurements();
-  for (int i = 0; i < n && s.redundancy() >= 1; ++i) {
-    attempt({i});
-    for (int j = i + 1; j < n && n <= kMostOfPairs && s.redundancy() >= 2; ++j) attempt({i, j});
+  if (s.redundancy() < 2 && n <= kMostOfAll) {
+    for (unsigned hypothesis = 0; hypothesis < (1U << n); ++hypothesis) {
+      for (std::size_t i = 0; i < assumed.size(); ++i)
+        assumed[i] = (hypothesis >> i & 1U) != 0 ? Assumed::further : Assumed::given;
+      attempt();
+    }
+    return found;
+  }
+  attempt();
+  for (std::size_t i = 0; i < assumed.size() && s.redundancy() >= 1; ++i) {
+    assumed[i] = Assumed::left_out;
+    attempt();
+    for (std::size_t j = i + 1; j < assumed.size() && n <= kMostOfPairs && s.redundancy() >= 2;
+         ++j) {
+      assumed[j] = Assumed::left_out;
+      attempt();
+      assumed[j] = Assumed::given;
+    }
+    assumed[i] = Assumed::given;
   }
   return found;
 }

@@ -152,11 +152,9 @@ std::optional<Solution> solve_reflected(const RangeSet& set, const Eigen::Vector
 /// Limits that errors of this covariance exceed with probability `risk`.
 void fill_protection(double risk, SinglePoint& point) {
   const Eigen::Matrix3d& p = point.position_covariance_ned_m2;
-  const double mean = 0.5 * (p(0, 0) + p(1, 1));
-  const double major = mean + std::hypot(0.5 * (p(0, 0) - p(1, 1)), p(0, 1));
-  // Rayleigh's distribution along the major axis bounds that of the ellipse, and the normal one.
+  // Rayleigh's distribution bounds that of any direction, and the normal one.
   const double factor = -2.0 * std::log(std::clamp(risk, 1e-15, 1.0));
-  point.horizontal_protection_m = std::sqrt(factor * major);
+  point.horizontal_protection_m = std::sqrt(factor * (p(0, 0) + p(1, 1)));
   point.vertical_protection_m = std::sqrt(factor * p(2, 2));
 }
 
@@ -229,11 +227,13 @@ void fill_residuals(const RangeEpoch& epoch, const RangeSet& set, const Solution
   }
 }
 
-/// The clocks of the systems in use, and the true time by the first of them.
-void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& point) {
+/// The clocks of the systems in use, and the true time by the first of them. `all`: of ranges that
+/// do not count as used, too.
+void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, bool all, SinglePoint& point) {
   for (const SatelliteResidual& r : point.residuals) {
     const std::size_t s = index(r.satellite.system);
-    if (r.range_used) point.clock_bias_m[s] = x[set.column[s]];
+    if (r.range_used || (all && !std::isnan(r.range_m)))
+      point.clock_bias_m[s] = x[set.column[s]];
   }
   const auto& clocks = point.clock_bias_m;
   const auto first =
@@ -304,7 +304,7 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
     return too_few(set, "the satellites' geometry is too poor: PDOP " +
                             std::to_string(static_cast<long>(std::min(point.dop.position, 1e9))));
   fill_residuals(epoch, set, *solution, point);
-  fill_clocks(set, x, point);
+  fill_clocks(set, x, options.reflections.has_value(), point);
   solve_velocity(epoch, options, ecef_ned, point);
   return point;
 }

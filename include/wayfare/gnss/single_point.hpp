@@ -124,7 +124,8 @@ struct SinglePoint {
 /// ReflectionModel the likelihood is a mixture for each range, and the solution the mean of its
 /// local maxima, each a normal distribution, with the covariance within and between them (Gaussian
 /// sum: Alspach and Sorenson 1972); the maxima are found by expectation maximisation from the
-/// solutions with up to two satellites removed.
+/// solutions with up to two satellites removed, or, without two ranges to spare and with up to
+/// eight, under every hypothesis.
 /// `near_ecef_m` may be zero; beyond 10⁹ m, or not finite, it is ignored. Of a satellite's ranges
 /// and of its rates in one epoch the first counts.
 ///
