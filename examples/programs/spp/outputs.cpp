@@ -284,6 +284,7 @@ eval::Table bounds_table(const SppRun& run) {
   eval::Table table({{""},
                      {"epochs"},
                      {"horizontal RMS", "m"},
+                     {"largest", "m"},
                      {"north within 3\u03c3", "%"},
                      {"east", "%"},
                      {"down", "%"},
@@ -306,7 +307,8 @@ eval::Table bounds_table(const SppRun& run) {
     if (horizontal.empty()) return;
     const auto count = static_cast<double>(horizontal.size());
     std::vector<std::string> row = {name, std::to_string(horizontal.size()),
-                                    eval::fixed(summarise(horizontal).rmse, 3)};
+                                    eval::fixed(summarise(horizontal).rmse, 3),
+                                    eval::fixed(summarise(horizontal).max, 2)};
     for (const std::size_t n : inside)
       row.push_back(eval::fixed(100.0 * static_cast<double>(n) / count, 1));
     table.add_row(std::move(row));
