@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
+#include <wayfare/io/observations.hpp>
+#include <wayfare/io/rinex.hpp>
 #include <wayfare/io/text_file.hpp>
 
 #include "support/program_files.hpp"
@@ -61,29 +64,42 @@ std::string settings(const Options& o) {
          "\npos1-ionoopt=brdc\npos1-tropopt=saas\npos1-posopt5=" + o.raim + "\n";
 }
 
-/// The library reads plain files only.
-Result<std::string> plain_copy(const Options& o) {
-  const auto file = io::read_file(o.obs);
-  if (!file) return file.error();
-  const std::string path = o.path("observations.obs");
-  if (auto done = io::write_file(path, file->bytes, o.write()); !done) return done.error();
-  return path;
+/// The library does not say what is wrong with a file.
+Result<void> check(const Options& o) {
+  if (const auto obs = io::read_observations(o.obs); !obs) return obs.error();
+  for (const std::string& path : o.nav)
+    if (const auto nav = io::read_rinex_navigation(path); !nav) return nav.error();
+  return {};
 }
 
+/// A file in the folder of results that is removed in the end.
+struct Temporary {
+  std::string path;
+  ~Temporary() {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+};
+
 Result<void> run(const Options& o) {
-  if (auto ready = o.prepare({"rtklib.pos", "rtklib.conf", "observations.obs"}); !ready)
-    return ready;
-  const auto obs = plain_copy(o);
-  if (!obs) return obs.error();
-  const std::string config = o.path("rtklib.conf"), out = o.path("rtklib.pos");
-  if (auto done = io::write_file(config, settings(o), o.write()); !done) return done;
+  if (auto good = check(o); !good) return good;
+  if (auto ready = o.prepare({"rtklib.pos"}); !ready) return ready;
+  const std::string out = o.path("rtklib.pos");
+  // The library reads plain files only.
+  const Temporary obs{out + ".obs"}, config{out + ".conf"};
+  const auto file = io::read_file(o.obs);
+  if (!file) return file.error();
+  if (auto done = first_error({io::write_file(obs.path, file->bytes, o.write()),
+                               io::write_file(config.path, settings(o), o.write())});
+      !done)
+    return done;
   const auto processing = std::make_unique<Block>(), solution = std::make_unique<Block>(),
              files = std::make_unique<Block>();
   resetsysopts();
-  if (loadopts(config.c_str(), sysopts) == 0)
-    return Error{ErrorCode::invalid, "RTKLIB does not take the options", config};
+  if (loadopts(config.path.c_str(), sysopts) == 0)
+    return Error{ErrorCode::invalid, "RTKLIB does not take the options", config.path};
   getsysopts(processing.get(), solution.get(), files.get());
-  std::vector<std::string> paths = {*obs};
+  std::vector<std::string> paths = {obs.path};
   paths.insert(paths.end(), o.nav.begin(), o.nav.end());
   std::vector<char*> inputs;
   for (std::string& path : paths) inputs.push_back(path.data());

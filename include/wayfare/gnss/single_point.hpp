@@ -94,9 +94,10 @@ struct SinglePoint {
   Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();             ///< of the antenna
   Geodetic position;                                                     ///< of the antenna, WGS-84
   Eigen::Matrix3d position_covariance_ned_m2 = Eigen::Matrix3d::Zero();  ///< m²
-  /// The horizontal and vertical errors exceed these with SinglePointOptions::integrity_risk, if
+  /// Protection levels: errors exceed them with SinglePointOptions::integrity_risk, or less, if
   /// they are normally distributed with the covariance.
-  double horizontal_protection_m = 0.0, vertical_protection_m = 0.0;
+  double horizontal_protection_m = 0.0,  ///< of north and east
+      vertical_protection_m = 0.0;       ///< of down
   /// None if too few Doppler measurements agree.
   std::optional<Eigen::Vector3d> velocity_ned_mps;
   Eigen::Matrix3d velocity_covariance_ned = Eigen::Matrix3d::Zero();  ///< (m/s)²
