@@ -232,8 +232,7 @@ void fill_residuals(const RangeEpoch& epoch, const RangeSet& set, const Solution
 void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, bool all, SinglePoint& point) {
   for (const SatelliteResidual& r : point.residuals) {
     const std::size_t s = index(r.satellite.system);
-    if (r.range_used || (all && !std::isnan(r.range_m)))
-      point.clock_bias_m[s] = x[set.column[s]];
+    if (r.range_used || (all && !std::isnan(r.range_m))) point.clock_bias_m[s] = x[set.column[s]];
   }
   const auto& clocks = point.clock_bias_m;
   const auto first =

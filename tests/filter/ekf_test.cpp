@@ -5,6 +5,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/filter/process_model.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 
 namespace wayfare {
