@@ -14,6 +14,7 @@
 #include <wayfare/filter/particles.hpp>
 #include <wayfare/filter/pose_bins.hpp>
 #include <wayfare/filter/process.hpp>
+#include <wayfare/filter/process_model.hpp>
 #include <wayfare/filter/rbpf.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/filter/smoother.hpp>

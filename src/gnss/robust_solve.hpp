@@ -64,4 +64,15 @@ struct Solution {
 /// None if the rows do not determine the unknowns.
 [[nodiscard]] std::optional<Solution> solve(const System& system, const Options& options);
 
+/// A measurement's mixture: direct, or with a further error of this mean and deviation.
+struct Mixture {
+  std::vector<double> direct_sigma, probability;  ///< of each measurement; of the further error
+  double mean = 0.0, sigma = 1.0;
+  double variance_factor = 1.0;
+};
+
+/// The mean over the local maxima of the mixture's likelihood. `weight`: the probability of being
+/// direct, zero below one half. None if nothing is found.
+[[nodiscard]] std::optional<Solution> solve_mixture(const System& system, const Mixture& mixture);
+
 }  // namespace wayfare::robust

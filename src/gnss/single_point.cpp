@@ -9,7 +9,6 @@
 #include <utility>
 
 #include <wayfare/gnss/ephemerides.hpp>
-#include <wayfare/gnss/gps_time.hpp>
 
 #include "gnss/robust_solve.hpp"
 
@@ -127,13 +126,46 @@ Result<Solution> iterate(const RangeSet& set, const SinglePointOptions& options,
   return Error{ErrorCode::numerical, "the position does not converge", "single point"};
 }
 
+bool is_valid(const ReflectionModel& m) {
+  const bool positive = m.direct.range_m(1.0, 45.0) > 0.0 && m.decrease_dbhz > 0.0 &&
+                        m.excess_sigma_m > 0.0 && m.odds_at_45_dbhz >= 0.0;
+  return positive && m.variance_factor >= 1.0 && std::abs(m.excess_m) < 1e6 &&
+         m.odds_at_45_dbhz < 1e6 && m.excess_sigma_m < 1e6 && m.variance_factor < 1e6;
+}
+
+/// Of the ranges at `x`, where a reflected range is longer.
+std::optional<Solution> solve_reflected(const RangeSet& set, const Eigen::VectorXd& x,
+                                        const SinglePointOptions& options) {
+  const ReflectionModel& model = *options.reflections;
+  const Geodetic here = geodetic_from_ecef(x.head<3>());
+  robust::Mixture mixture{{}, {}, model.excess_m, model.excess_sigma_m, model.variance_factor};
+  for (const CorrectedRange* r : set.ranges) {
+    const double cn0 = std::isfinite(r->cn0_dbhz) ? std::clamp(r->cn0_dbhz, 15.0, 50.0) : 45.0;
+    const double elevation = line_of_sight(here, r->position_ecef_m).elevation_rad;
+    const double odds = model.odds_at_45_dbhz * std::exp((45.0 - cn0) / model.decrease_dbhz);
+    mixture.direct_sigma.push_back(model.direct.range_m(std::max(elevation, 0.1), cn0));
+    mixture.probability.push_back(odds / (1.0 + odds));
+  }
+  return robust::solve_mixture(linearise(set, x, options), mixture);
+}
+
+/// Limits that errors of this covariance exceed with probability `risk`.
+void fill_protection(double risk, SinglePoint& point) {
+  const Eigen::Matrix3d& p = point.position_covariance_ned_m2;
+  // Rayleigh's distribution bounds that of any direction, and the normal one.
+  const double factor = -2.0 * std::log(std::clamp(risk, 1e-15, 1.0));
+  point.horizontal_protection_m = std::sqrt(factor * (p(0, 0) + p(1, 1)));
+  point.vertical_protection_m = std::sqrt(factor * p(2, 2));
+}
+
 void fill_geometry(const System& equations, const Solution& solution,
-                   const Eigen::Matrix3d& ecef_ned, SinglePoint& point) {
+                   const Eigen::Matrix3d& ecef_ned, bool reflections, SinglePoint& point) {
   const Eigen::Matrix3d to_ned = ecef_ned.transpose();
   point.position_covariance_ned_m2 =
       to_ned * solution.covariance.topLeftCorner<3, 3>() * to_ned.transpose();
   // Dilution of precision weighs all used satellites equally.
-  const Eigen::MatrixXd q = equations.unweighted_covariance(solution.weight);
+  const Eigen::MatrixXd q = equations.unweighted_covariance(
+      reflections ? Eigen::VectorXd::Ones(solution.weight.size()) : solution.weight);
   const Eigen::Matrix3d q_ned = to_ned * q.topLeftCorner<3, 3>() * to_ned.transpose();
   const double clocks = q.diagonal().tail(q.rows() - 3).sum();
   point.dop.horizontal = std::sqrt(q_ned(0, 0) + q_ned(1, 1));
@@ -195,11 +227,12 @@ void fill_residuals(const RangeEpoch& epoch, const RangeSet& set, const Solution
   }
 }
 
-/// The clocks of the systems in use, and the true time by the first of them.
-void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& point) {
+/// The clocks of the systems in use, and the true time by the first of them. `all`: of ranges that
+/// do not count as used, too.
+void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, bool all, SinglePoint& point) {
   for (const SatelliteResidual& r : point.residuals) {
     const std::size_t s = index(r.satellite.system);
-    if (r.range_used) point.clock_bias_m[s] = x[set.column[s]];
+    if (r.range_used || (all && !std::isnan(r.range_m))) point.clock_bias_m[s] = x[set.column[s]];
   }
   const auto& clocks = point.clock_bias_m;
   const auto first =
@@ -224,6 +257,9 @@ double chi_square_threshold(int degrees_of_freedom, double probability) {
 
 Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptions& options,
                                  const Eigen::Vector3d& near_ecef_m) {
+  if (options.reflections && !is_valid(*options.reflections))
+    return Error{ErrorCode::invalid, "the parameters of the model of reflections are not usable",
+                 "single point"};
   const RangeSet set = ranges_of(epoch);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(3 + set.systems);
   if (is_place(near_ecef_m)) x.head<3>() = near_ecef_m;
@@ -236,8 +272,14 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
                             std::to_string(needed) + " satellites, there are " +
                             std::to_string(have));
   }
-  const Result<Solution> solution = iterate(set, options, x);
+  Result<Solution> solution = iterate(set, options, x);
   if (!solution) return solution.error();
+  if (options.reflections) {
+    if (std::optional<Solution> mixed = solve_reflected(set, x, options)) {
+      x += mixed->step;
+      *solution = *std::move(mixed);
+    }
+  }
 
   SinglePoint point;
   point.time = epoch.time;
@@ -248,16 +290,20 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
   point.consistent =
       solution->redundancy < 1 ||
       solution->chi_square <= chi_square_threshold(solution->redundancy, options.false_alarm);
+  const Eigen::Matrix3d ecef_ned = rotation_ecef_ned(point.position);
+  fill_geometry(linearise(set, x, options), *solution, ecef_ned, options.reflections.has_value(),
+                point);
+  fill_protection(options.integrity_risk, point);
+  if (options.reflections)
+    point.consistent = point.horizontal_protection_m <= options.alert_limit_m;
   if (!point.consistent && !options.answer_inconsistent)
     return Error{ErrorCode::invalid,
                  "the ranges are inconsistent, and no consistent subset was found", "single point"};
-  const Eigen::Matrix3d ecef_ned = rotation_ecef_ned(point.position);
-  fill_geometry(linearise(set, x, options), *solution, ecef_ned, point);
   if (!(point.dop.position <= options.max_pdop))
     return too_few(set, "the satellites' geometry is too poor: PDOP " +
                             std::to_string(static_cast<long>(std::min(point.dop.position, 1e9))));
   fill_residuals(epoch, set, *solution, point);
-  fill_clocks(set, x, point);
+  fill_clocks(set, x, options.reflections.has_value(), point);
   solve_velocity(epoch, options, ecef_ned, point);
   return point;
 }
@@ -298,53 +344,6 @@ Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemeride
     if (auto point = converge(epoch, ephemerides, options, near_ecef_m)) return point;
   // A wrong approximate position hides satellites below the horizon.
   return converge(epoch, ephemerides, options, Eigen::Vector3d::Zero());
-}
-
-void SystemOffsets::learn(const SinglePoint& point) {
-  const double gps = point.clock_bias_m[0];
-  if (!point.consistent || point.degrees_of_freedom < 2 || !std::isfinite(gps)) return;
-  for (std::size_t s = 1; s < tracks_.size(); ++s) {
-    if (!std::isfinite(point.clock_bias_m[s])) continue;
-    Track& track = tracks_[s];
-    const double offset = point.clock_bias_m[s] - gps;
-    const double gain = 1.0 / std::min(++track.count, 200);
-    if (track.count == 1) track.mean_m = offset;
-    const double limit = track.count <= 10 ? 1e9 : 5.0 * std::max(track.spread_m, 0.1);
-    const double off = std::clamp(offset - track.mean_m, -limit, limit);
-    track.mean_m += gain * off;
-    track.spread_m += gain * (std::abs(off) - track.spread_m);
-  }
-}
-
-std::optional<ClockOffset> SystemOffsets::of(GnssSystem system) const {
-  const Track& track = tracks_[index(system)];
-  if (system == GnssSystem::gps) return ClockOffset{0.0, 0.0};
-  if (track.count < 10) return std::nullopt;
-  // Errors of successive epochs are correlated: half of one epoch's deviation.
-  return ClockOffset{track.mean_m, std::max(0.5 * track.spread_m, 0.3)};
-}
-
-std::array<std::optional<ClockOffset>, kGnssSystems> SystemOffsets::all() const {
-  std::array<std::optional<ClockOffset>, kGnssSystems> result;
-  for (const GnssSystem system : kAllGnssSystems) result[index(system)] = of(system);
-  return result;
-}
-
-RangeEpoch on_one_clock(const RangeEpoch& epoch, const SystemOffsets& offsets) {
-  RangeEpoch result = epoch;
-  for (CorrectedRange& r : result.satellites) {
-    const std::optional<ClockOffset> offset = offsets.of(r.satellite.system);
-    r.range_m -= offset ? offset->offset_m : std::numeric_limits<double>::quiet_NaN();
-    if (offset) r.range_sigma_m = std::hypot(r.range_sigma_m, offset->sigma_m);
-  }
-  return result;
-}
-
-GnssFix to_fix(const SinglePoint& point) {
-  GnssFix fix{point.instant, point.position, point.position_covariance_ned_m2,
-              point.velocity_ned_mps};
-  if (point.velocity_ned_mps) fix.velocity_covariance_ned = point.velocity_covariance_ned;
-  return fix;
 }
 
 }  // namespace wayfare

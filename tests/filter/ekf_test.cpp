@@ -5,6 +5,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/filter/process_model.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 
 namespace wayfare {
@@ -48,6 +49,42 @@ TEST(Ekf, SatisfiesTheFilterLaws) {
   const FilterLaws<Eigen::Vector2d> moving{
       Ekf<Eigen::Vector2d>(Eigen::Vector2d(0.0, 1.0), some_covariance().topLeftCorner<2, 2>())};
   moving.check_predict(ConstantVelocity{0.1}, 0.5);
+}
+
+/// Used or not by the size of the innovation, or with a weight.
+struct GivenWeight {
+  double weight;
+  double operator()(const Innovation<double, 1>&) const { return weight; }
+};
+
+// With the noise as a further state, the update is an ordinary one.
+TEST(Ekf, NoiseCorrelatedWithTheErrorIsAStateThatIsLeftOut) {
+  const Vector3d cross(0.4, -0.2, 0.1);
+  Eigen::Matrix4d with_noise;
+  with_noise << some_covariance(), cross, cross.transpose(), 0.9;
+  const Linear<double, 3> measured{{0.3, -1.0, 2.0}, -7.0, 0.9};
+  const Linear<double, 4> of_both{{0.3, -1.0, 2.0, 1.0}, -7.0, 1e-12};
+  Ekf<Vector3d> filter(Vector3d(1.0, -2.0, 0.5), some_covariance());
+  Ekf<Eigen::Vector4d> both(Eigen::Vector4d(1.0, -2.0, 0.5, 0.0), with_noise);
+  const auto u = filter.update_correlated(measured, cross, GivenWeight{1.0});
+  const auto expected = both.update(of_both);
+  EXPECT_TRUE(u.accepted);
+  EXPECT_NEAR(u.variance, expected.variance, 1e-9);
+  EXPECT_LT((filter.state() - both.state().head<3>()).norm(), 1e-9);
+  EXPECT_LT((filter.covariance() - both.covariance().topLeftCorner<3, 3>()).norm(), 1e-9);
+}
+
+TEST(Ekf, TheWeightOfACorrelatedUpdateDividesTheVarianceOfTheInnovation) {
+  const Linear<double, 3> measured{{1.0, 0.0, 0.0}, 9.0, 0.5};
+  const Ekf<Vector3d> before(Vector3d(1.0, -2.0, 0.5), some_covariance());
+  Ekf<Vector3d> filter = before, rejected = before;
+  // P = 4, R = 0.5, S = 4.5; with a weight of 1/4: S = 18, gain 4/18, innovation 8.
+  filter.update_correlated(measured, Vector3d::Zero(), GivenWeight{0.25});
+  EXPECT_NEAR(filter.state()[0], 1.0 + 8.0 * 4.0 / 18.0, 1e-12);
+  EXPECT_NEAR(filter.covariance()(0, 0), 4.0 - 16.0 / 18.0, 1e-12);
+  EXPECT_FALSE(rejected.update_correlated(measured, Vector3d::Zero(), GivenWeight{0.0}).accepted);
+  EXPECT_EQ(rejected.state(), before.state());
+  EXPECT_EQ(rejected.covariance(), before.covariance());
 }
 
 // A random walk with variance q a step and measurement noise r converges to the positive root of p²

@@ -41,6 +41,7 @@ bad_file(simulate "${_nowhere}.plan" --out "${_x}.log" --voxels FILE --way FILE)
 bad_file(simulate_drive --config FILE --out "${_x}_drive")
 bad_file(slam_matchers FILE FILE)
 bad_file(spp --obs FILE --nav FILE)
+bad_file(rtklib_points --obs FILE --nav FILE --out "${_x}_rtklib")
 foreach(_program IN ITEMS tune tune_against_pagmo)  # a folder
   set_property(GLOBAL APPEND PROPERTY WAYFARE_PROGRAMS_WITH_FILES ${_program})
 endforeach()

@@ -20,9 +20,9 @@ using namespace wayfare::examples;
 struct Options : OutputArguments {
   std::size_t runs = 100, satellites = 8;
   std::uint64_t seed = 1;
-  double imu_rate_hz = 100.0;
+  double imu_rate_hz = 100.0, correlated_share = 0.0, correlated_tau_s = 100.0;
   int threads = 1, rounds = 0;
-  bool constraints = false, smooth = false;
+  bool constraints = false, smooth = false, as_white = false;
 };
 
 void add_options(CommandLine& app, Options& o) {
@@ -36,6 +36,10 @@ void add_options(CommandLine& app, Options& o) {
   app.add_option("--imu-rate", o.imu_rate_hz, "samples per second of the unit")
       .range(10.0, 2000.0)
       .show_default();
+  app.add_number("--correlated", o.correlated_share, 0.0, 1.0,
+                 "share of the ranges' variance that is correlated, in simulation and filter");
+  app.add_number("--correlation-time", o.correlated_tau_s, 1e-3, 1e9, "of that, s");
+  app.add_flag("--as-white", o.as_white, "the filter takes them for white noise");
   app.add_option("--threads", o.threads, kThreadsHelp).range(1, 1024).show_default();
   app.add_flag("--constraints", o.constraints,
                "with zero-velocity and non-holonomic constraints, the filter's default");
@@ -176,6 +180,9 @@ Result<void> run(const Options& o) {
   options.ranges.max_satellites = o.satellites;
   options.filter.zero_velocity_updates = o.constraints;
   options.filter.non_holonomic_in_outage = o.constraints;
+  options.ranges.correlated_share = o.correlated_share;
+  options.ranges.correlated_tau_s = o.correlated_tau_s;
+  if (!o.as_white) options.filter.correlated = {o.correlated_share, o.correlated_tau_s, 1e9};
   options.smooth = o.smooth;
   options.threads = o.threads;
   ProgressLine progress("driving", o.quiet);

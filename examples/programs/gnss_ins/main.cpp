@@ -27,7 +27,7 @@ struct Options : OutputArguments {
   std::string config, outages;
   double rate_hz = 0.0;
   bool no_constraints = false, smooth = false, dry_run = false, check = false;
-  std::vector<std::string> columns;
+  std::vector<std::string> columns, filter;
 };
 
 /// An error of the filter with what the data tell of its cause.
@@ -50,6 +50,7 @@ Result<Doubt> run(const Options& o) {
   auto config = read_nav_config(o.config);
   if (!config) return config.error();
   if (auto chosen = choose_columns(o.columns, *config); !chosen) return chosen.error();
+  if (auto set = set_filter_options(o.filter, *config); !set) return set.error();
   if (o.dry_run) {
     const auto text = dry_run(o.files, *config);
     if (!text) return text.error();
@@ -145,6 +146,10 @@ int main(int argc, char** argv) {
   app.add_option("--column", o.columns,
                  "FILE:NAME=COLUMN, a column of a foreign file by heading or number: "
                  "imu:gx_degps=\"Gyro X\"; FILE is imu, imu2, imu_clock, ranges, fixes or truth")
+      .take_all();
+  app.add_option("--filter", o.filter,
+                 "NAME=VALUE, an option in \"filter\" of --print-config, such as "
+                 "correlated_share=0.8")
       .take_all();
   app.add_flag("--dry-run", o.dry_run,
                "only print the columns and first rows of the files as they are understood");

@@ -32,7 +32,8 @@ struct Arguments : OutputArguments {
   std::size_t truth_skip = 0;
   double truth_shift_s = 0.0, elevation_mask_deg = 10.0, min_cn0 = 0.0;
   bool no_ionosphere = false, no_troposphere = false, no_exclusion = false, no_offsets = false;
-  bool only_consistent = false;
+  bool only_consistent = false, reflections = false;
+  double alert_limit_m = 40.0;
 };
 
 Result<std::array<bool, kGnssSystems>> systems_of(const std::string& letters) {
@@ -101,6 +102,7 @@ SinglePointOptions options_of(const Arguments& a, const std::array<bool, kGnssSy
   options.corrections.troposphere = !a.no_troposphere;
   options.exclude_faults = !a.no_exclusion;
   options.answer_inconsistent = !a.only_consistent;
+  options.alert_limit_m = a.alert_limit_m;
   return options;
 }
 
@@ -126,10 +128,13 @@ double solve(const io::RawObservations& obs, const Ephemerides& messages,
   for (const ObservationEpoch& epoch : obs.epochs) {
     progress.update(static_cast<double>(run.epochs++) / static_cast<double>(obs.epochs.size()));
     options.offsets = {};
+    options.reflections.reset();
     auto point = single_point(epoch, messages, options, near);
     if (point) offsets.learn(*point);
     options.offsets = offsets.all();
-    if (!a.no_offsets) point = single_point(epoch, messages, options, near);
+    if (a.no_offsets) options.offsets = {};
+    if (a.reflections) options.reflections.emplace();
+    if (!a.no_offsets || a.reflections) point = single_point(epoch, messages, options, near);
     if (!point) {
       const std::string& why = point.error().message;
       ++refusals.epochs[why.substr(0, why.find_first_of("(:"))];
@@ -200,7 +205,9 @@ Result<Doubt> run_spp(const Arguments& a) {
     if (auto done = write_spp_outputs(a, a.formats, run); !done) return done.error();
   if (!a.out.empty()) run.facts.emplace_back("report", a.path("report.html"));
   if (!a.quiet) std::fputs(to_text(run.facts).c_str(), stdout);
-  if (!a.quiet && !run.truth.empty()) std::printf("\n%s", error_table(run).to_text().c_str());
+  if (!a.quiet && !run.truth.empty())
+    std::printf("\n%s\n%s", error_table(run).to_text().c_str(),
+                bounds_table(run).to_text().c_str());
   const bool any = std::ranges::any_of(run.points, &SinglePoint::consistent);
   return Doubt{any ? "" : "no position is of consistent ranges"};
 }
@@ -235,6 +242,12 @@ void add_options(CommandLine& app, Arguments& a) {
   app.add_flag("--no-exclusion", a.no_exclusion, "plain least squares without fault exclusion");
   app.add_flag("--no-offsets", a.no_offsets,
                "estimate the clock of every system in every epoch, independent of earlier ones");
+  app.add_flag("--reflections", a.reflections,
+               "for cities: ranges may be reflected, and then longer, the more probably the weaker "
+               "they are");
+  app.add_number("--alert-limit", a.alert_limit_m, 0.0, 1e6,
+                 "horizontal protection level up to which a position by --reflections is "
+                 "consistent, m");
   app.add_flag("--only-consistent", a.only_consistent, "no position from inconsistent ranges");
   a.formats.add_option(app);
   add_force_and_quiet(app, a);

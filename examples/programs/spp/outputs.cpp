@@ -1,6 +1,7 @@
 #include "outputs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -23,6 +24,8 @@ struct PositionError {
   Eigen::Vector3d ned_m = Eigen::Vector3d::Zero();
   std::optional<Eigen::Vector3d> velocity_ned_mps;
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
+  bool consistent = true;
+  double horizontal_protection_m = 0.0, vertical_protection_m = 0.0;
 };
 
 /// The reference, interpolated linearly.
@@ -79,6 +82,9 @@ std::vector<PositionError> errors_of(const SppRun& run) {
     e.time = p.instant;
     e.ned_m = ned_from_geodetic(p.position, truth->position);
     e.sigma_m = p.position_covariance_ned_m2.diagonal().cwiseSqrt();
+    e.consistent = p.consistent;
+    e.horizontal_protection_m = p.horizontal_protection_m;
+    e.vertical_protection_m = p.vertical_protection_m;
     if (run.truth_has_velocity && p.velocity_ned_mps)
       e.velocity_ned_mps = *p.velocity_ned_mps - truth->velocity_ned_mps;
     errors.push_back(e);
@@ -222,7 +228,8 @@ io::Report report_of(const SppRun& run) {
   io::Report report(run.title);
   report.facts(run.facts);
   const std::vector<PositionError> errors = errors_of(run);
-  if (!errors.empty()) report.heading("Errors against the reference").table(error_table(run));
+  if (!errors.empty())
+    report.heading("Errors against the reference").table(error_table(run)).table(bounds_table(run));
   report.heading("Track").plot(track_plot(run));
   if (!errors.empty()) {
     report.heading("Errors");
@@ -260,7 +267,7 @@ eval::Table error_table(const SppRun& run) {
     const std::optional<NavState> truth = reference_at(run.truth, fix.time);
     if (!truth) continue;
     peers.insert(second_of(fix.time));
-    add({fix.time, ned_from_geodetic(fix.position, truth->position), {}, {}}, peer);
+    add({fix.time, ned_from_geodetic(fix.position, truth->position), {}, {}, true, 0.0, 0.0}, peer);
   }
   for (const PositionError& e : errors_of(run)) {
     add(e, all);
@@ -270,6 +277,45 @@ eval::Table error_table(const SppRun& run) {
   if (run.peer.empty()) return table;
   add_row(table, "at the peer's epochs", shared, speed);
   add_row(table, "peer", peer, speed);
+  return table;
+}
+
+eval::Table bounds_table(const SppRun& run) {
+  eval::Table table({{""},
+                     {"epochs"},
+                     {"horizontal RMS", "m"},
+                     {"largest", "m"},
+                     {"north within 3\u03c3", "%"},
+                     {"east", "%"},
+                     {"down", "%"},
+                     {"horizontal within protection level", "%"},
+                     {"vertical", "%"}});
+  const std::vector<PositionError> errors = errors_of(run);
+  const auto add_row_of = [&](const char* name, const auto& wanted) {
+    std::vector<double> horizontal;
+    std::array<std::size_t, 5> inside{};
+    for (const PositionError& e : errors) {
+      if (!wanted(e)) continue;
+      horizontal.push_back(e.ned_m.head<2>().norm());
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto i = static_cast<Eigen::Index>(k);
+        inside[k] += std::abs(e.ned_m[i]) <= 3.0 * e.sigma_m[i] ? 1 : 0;
+      }
+      inside[3] += horizontal.back() <= e.horizontal_protection_m ? 1 : 0;
+      inside[4] += std::abs(e.ned_m.z()) <= e.vertical_protection_m ? 1 : 0;
+    }
+    if (horizontal.empty()) return;
+    const auto count = static_cast<double>(horizontal.size());
+    std::vector<std::string> row = {name, std::to_string(horizontal.size()),
+                                    eval::fixed(summarise(horizontal).rmse, 3),
+                                    eval::fixed(summarise(horizontal).max, 2)};
+    for (const std::size_t n : inside)
+      row.push_back(eval::fixed(100.0 * static_cast<double>(n) / count, 1));
+    table.add_row(std::move(row));
+  };
+  add_row_of("all", [](const PositionError&) { return true; });
+  add_row_of("consistent", [](const PositionError& e) { return e.consistent; });
+  add_row_of("not consistent", [](const PositionError& e) { return !e.consistent; });
   return table;
 }
 

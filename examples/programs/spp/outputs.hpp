@@ -28,6 +28,9 @@ struct SppRun {
 /// Horizontal, vertical and velocity errors; with a peer, also at its epochs, and its errors.
 [[nodiscard]] eval::Table error_table(const SppRun& run);
 
+/// How often errors are within their bounds, by whether the solution is consistent.
+[[nodiscard]] eval::Table bounds_table(const SppRun& run);
+
 /// Writes positions.txt (fixes), ranges.txt (corrected ranges), track.tum (east, north, up from the
 /// first position, m), report.html and the track in other formats; without a folder only what
 /// --json asks for.

@@ -5,6 +5,7 @@
 
 #include <wayfare/io/text_file.hpp>
 
+#include "command_line.hpp"
 #include "nav_keys.hpp"
 #include "program_files.hpp"
 
@@ -138,6 +139,24 @@ Result<NavConfig> parse_nav_config(const std::string& text, const std::string& s
     if (!done) return done.error();
   }
   return c;
+}
+
+Result<void> set_filter_options(const std::vector<std::string>& texts, NavConfig& config) {
+  for (const std::string& text : texts) {
+    const std::size_t equal = text.find('=');
+    const std::string name = text.substr(0, equal);
+    const std::vector<Key> keys = filter_keys(config.filter);
+    const auto key =
+        std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name; });
+    if (equal == text.npos || key == keys.end())
+      return bad_use(
+          "--filter must be NAME=VALUE with the name of an option in \"filter\" of "
+          "--print-config, not '" +
+          text + "'");
+    if (!key->set(Json::parse(text.substr(equal + 1), nullptr, false)))
+      return bad_use("--filter " + name + ": must be " + key->expected);
+  }
+  return {};
 }
 
 Result<NavConfig> read_nav_config(const std::string& path) {

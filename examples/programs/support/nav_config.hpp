@@ -60,6 +60,10 @@ struct NavOutage {
 /// Adds columns "FILE:NAME=COLUMN" of the command line, such as "imu:gx_degps=Gyro X".
 [[nodiscard]] Result<void> choose_columns(const std::vector<std::string>& texts, NavConfig& config);
 
+/// Sets options "NAME=VALUE" of the filter, such as "correlated_share=0.8".
+[[nodiscard]] Result<void> set_filter_options(const std::vector<std::string>& texts,
+                                              NavConfig& config);
+
 /// Mounting, noise and filter of `config` in the same format, without the columns.
 [[nodiscard]] std::string format_nav_config(const NavConfig& config);
 

@@ -46,6 +46,21 @@ inline Key number(const std::string& name, double& value, double factor = 1.0, d
           "a number" + (least == 0.0 ? std::string(" that is not negative") : std::string())};
 }
 
+/// A number above 0 and up to `most`, or of 0 if `or_none`.
+inline Key limited(const std::string& name, double& value, double most, bool or_none = false) {
+  return {name,
+          [&value, most, or_none](const Json& j) {
+            if (!j.is_number()) return false;
+            const double v = j.get<double>();
+            if (!(v > 0.0 || (or_none && v == 0.0)) || !(v <= most)) return false;
+            value = v;
+            return true;
+          },
+          [&value] { return Json(rounded(value)); },
+          std::string(or_none ? "a number that is not negative" : "a positive number") +
+              " of at most " + std::to_string(std::lround(most))};
+}
+
 inline Key boolean(const std::string& name, bool& value) {
   return {name,
           [&value](const Json& j) {
@@ -139,6 +154,10 @@ inline std::vector<Key> filter_keys(GnssInsOptions& o) {
           number("clock_drift_walk_mps_per_sqrt_s", o.clock.drift_walk_mps_per_sqrt_s),
           number("range_sigma_scale", o.range_sigma_scale),
           number("gate_sigma", o.gate_sigma),
+          limited("correlated_share", o.correlated.share, 1.0, true),
+          limited("correlated_tau_s", o.correlated.tau_s, 1e9),
+          limited("correlated_distance_m", o.correlated.distance_m, 1e9),
+          number("robust_sigma", o.robust_sigma),
           number("gate_reopen_s", o.gate_reopen_s),
           boolean("non_holonomic_in_outage", o.non_holonomic_in_outage),
           number("non_holonomic_sigma_mps", o.non_holonomic_sigma_mps),

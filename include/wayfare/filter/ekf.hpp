@@ -16,28 +16,10 @@
 #include <wayfare/filter/detail/gain.hpp>
 #include <wayfare/filter/gate.hpp>
 #include <wayfare/filter/measurement.hpp>
+#include <wayfare/filter/process_model.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 
 namespace wayfare {
-
-/// x ← f(x, u), P ← Φ P Φᵀ + Q. A process returns its step: `state`, and either `phi` and `q`
-/// (square matrices of the tangent's size) or, to avoid the dense product, a member `propagate(P)`
-/// that propagates the covariance (symmetric, both triangles) itself.
-template <class Step, class M>
-concept DenseProcessStep = requires(const Step& s) {
-  { s.state } -> std::convertible_to<M>;
-  { s.phi } -> std::convertible_to<SquareOf<M>>;
-  { s.q } -> std::convertible_to<SquareOf<M>>;
-};
-template <class Step, class M>
-concept SparseProcessStep = requires(const Step& s, SquareOf<M>& p) {
-  { s.state } -> std::convertible_to<M>;
-  s.propagate(p);
-};
-template <class F, class M, class... Input>
-concept ProcessModel = requires(const F& f, const M& x, const Input&... u) {
-  requires DenseProcessStep<decltype(f(x, u...)), M> || SparseProcessStep<decltype(f(x, u...)), M>;
-};
 
 /// Records nothing; costs nothing.
 struct NoRecorder {};
@@ -118,6 +100,26 @@ class Ekf {
       correct(measured.row, g, s, measured.variance, nu, accepted);
     }
     return {nu, s, accepted};
+  }
+
+  /// Updates with a scalar measurement whose noise is correlated with the error of the state:
+  /// `cross` is their covariance (Simon 2006, section 7.1). The weight of an UpdateGate divides the
+  /// variance of the innovation, noise and prediction together.
+  template <class Model, class Gate>
+  requires(ScalarMeasurementModel<Model, M>&& std::floating_point<Scalar>)
+      ScalarUpdate<Scalar> update_correlated(const Model& model, const Tangent& cross,
+                                             const Gate& gate) {
+    const auto measured = measure(model, state_);
+    const Tangent g = covariance_times(measured.row) + cross;
+    const Scalar s = row_times(measured.row, g) + row_times(measured.row, cross);
+    const Scalar variance = s + measured.variance, nu = measured.innovation;
+    const Innovation<Scalar, 1> innovation{nu, variance, nu * nu / variance};
+    Scalar weight(1);
+    const bool accepted = variance > Scalar(0) && is_finite(innovation.nis) &&
+                          detail::passes(gate, innovation, weight);
+    const Scalar used = variance / weight;
+    if (accepted) correct(measured.row, g, used, used, nu, accepted);
+    return {nu, variance, accepted};
   }
 
   /// Updates with a vector measurement. It is rejected where its normalised innovation squared

@@ -22,6 +22,19 @@ struct ClockOffset {
   double sigma_m = 0.0;   ///< standard deviation
 };
 
+/// Signals that arrive by reflections alone, as between houses: their ranges are longer. Each range
+/// is direct or reflected, with a probability that increases as C/N0 decreases.
+struct ReflectionModel {
+  /// σ of a direct range; without the reflections that the weights of all ranges allow for.
+  RangeSigmaModel direct = {3.0, 0.5, 1.5, 0.03, 0.02, 0.06, 35.0};
+  double odds_at_45_dbhz = 0.06;  ///< of a reflected against a direct range
+  double decrease_dbhz = 5.0;     ///< of C/N0 for e times the odds
+  double excess_m = 30.0,         ///< mean by which a reflected range is longer
+      excess_sigma_m = 30.0;      ///< its standard deviation
+  /// Of the covariance: reflections of several satellites by one house are not independent.
+  double variance_factor = 1.5;
+};
+
 /// Corrections, tests and limits of single_point.
 struct SinglePointOptions {
   RangeCorrectionOptions corrections;  ///< of raw observations
@@ -36,6 +49,13 @@ struct SinglePointOptions {
   /// If the remaining satellites disagree: returns a solution with `consistent` false and a
   /// covariance scaled by its residuals, or else an error.
   bool answer_inconsistent = true;
+  /// With it, the mean and covariance over the hypotheses of which ranges are reflected, in place
+  /// of fault exclusion. A solution is then `consistent` if its horizontal protection level is
+  /// within `alert_limit_m`.
+  std::optional<ReflectionModel> reflections = {};
+  double alert_limit_m = 40.0;  ///< see `reflections`
+  /// Probability with which an error may exceed its protection level.
+  double integrity_risk = 1e-5;
   /// Above this PDOP there is no solution.
   double max_pdop = 30.0;
   /// Known clock offsets of other systems to GPS (see SystemOffsets), by system. Each replaces one
@@ -62,8 +82,9 @@ struct SatelliteResidual {
   double rate_mps = std::numeric_limits<double>::quiet_NaN();  ///< measured − computed
   double rate_sigma_mps = 0.0;                                 ///< standard deviation
   double cn0_dbhz = std::numeric_limits<double>::quiet_NaN();  ///< carrier-to-noise density
-  bool range_used = false;                                     ///< not excluded
-  bool rate_used = false;                                      ///< not excluded
+  /// Not excluded; with a ReflectionModel, more probably direct than reflected.
+  bool range_used = false;
+  bool rate_used = false;  ///< not excluded
 };
 
 /// Position, velocity and clocks of one epoch, with the tests behind them.
@@ -73,6 +94,10 @@ struct SinglePoint {
   Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();             ///< of the antenna
   Geodetic position;                                                     ///< of the antenna, WGS-84
   Eigen::Matrix3d position_covariance_ned_m2 = Eigen::Matrix3d::Zero();  ///< m²
+  /// Protection levels: errors exceed them with SinglePointOptions::integrity_risk, or less, if
+  /// they are normally distributed with the covariance.
+  double horizontal_protection_m = 0.0,  ///< of north and east
+      vertical_protection_m = 0.0;       ///< of down
   /// None if too few Doppler measurements agree.
   std::optional<Eigen::Vector3d> velocity_ned_mps;
   Eigen::Matrix3d velocity_covariance_ned = Eigen::Matrix3d::Zero();  ///< (m/s)²
@@ -86,7 +111,8 @@ struct SinglePoint {
   int degrees_of_freedom = 0;  ///< of the ranges: used, less the unknowns
   /// Sum of squared normalised residuals of the satellites used.
   double chi_square = 0.0;
-  /// The satellites used agree; true without a degree of freedom.
+  /// The satellites used agree; true without a degree of freedom. With a ReflectionModel: the
+  /// protection level is within the alert limit.
   bool consistent = true;
   std::vector<SatelliteResidual> residuals;  ///< of every satellite with a range or rate
   std::vector<RefusedRange> refused;         ///< with the first reason found
@@ -95,7 +121,12 @@ struct SinglePoint {
 /// Iterated weighted least squares for position and one clock per system (Kaplan and Hegarty 2017,
 /// 11.2). If the sum of squares fails its χ² test (Parkinson and Axelrad 1988) a robust solution
 /// replaces it: the loss Σ ln(1 + (r / (scale · σ))²), minimised by iterative reweighting from the
-/// best of the solutions with up to two satellites removed; outliers to it are excluded.
+/// best of the solutions with up to two satellites removed; outliers to it are excluded. With a
+/// ReflectionModel the likelihood is a mixture for each range, and the solution the mean of its
+/// local maxima, each a normal distribution, with the covariance within and between them (Gaussian
+/// sum: Alspach and Sorenson 1972); the maxima are found by expectation maximisation from the
+/// solutions with up to two satellites removed, or, without two ranges to spare and with up to
+/// eight, under every hypothesis.
 /// `near_ecef_m` may be zero; beyond 10⁹ m, or not finite, it is ignored. Of a satellite's ranges
 /// and of its rates in one epoch the first counts.
 ///

@@ -27,6 +27,16 @@ namespace detail {
 struct InsHistoryAccess;
 }
 
+/// The part of the errors of ranges and fixes that is correlated in time (atmosphere, orbits,
+/// multipath): a Gauss-Markov process for each satellite, and for each axis of the fixes, estimated
+/// beside the states. The variances are those of the measurements, which depend on elevation and
+/// C/N0. It decays with time and with the path of the antenna: at rest multipath stays.
+struct CorrelatedErrorOptions {
+  double share = 0.0;          ///< of a measurement's variance, [0, 1]; 0: all of it is white noise
+  double tau_s = 300.0;        ///< correlation time, s
+  double distance_m = 1000.0;  ///< correlation length of the antenna's path, m
+};
+
 /// Sensors, mounting, measurements and gaps of a GnssIns.
 struct GnssInsOptions {
   ImuNoise imu;              ///< of the inertial unit
@@ -44,6 +54,12 @@ struct GnssInsOptions {
   /// … but after this time of rejections, s, the covariance is inflated until measurements pass
   /// again.
   double gate_reopen_s = 3.0;
+  /// Correlated errors of ranges and fixes. With them the filter cannot be smoothed.
+  CorrelatedErrorOptions correlated;
+  /// Above 0: innovations above this, σ, count with a variance increased until they are of this
+  /// size, as with Student's distribution, so that outliers neither pull the estimate nor make it
+  /// more certain.
+  double robust_sigma = 0.0;
   /// Non-holonomic constraint with fewer than four satellites: lateral and vertical velocity of the
   /// body are about zero. Not for vehicles that can move sideways.
   bool non_holonomic_in_outage = true;

@@ -96,6 +96,10 @@ struct RangeParams : ReceiverParams {
   std::size_t max_satellites = 64;
   double range_sigma_m = 2.0;         ///< standard deviation
   double range_rate_sigma_mps = 0.1;  ///< standard deviation
+  /// Of the variance of a range: an error of each satellite with this correlation time, in place of
+  /// white noise.
+  double correlated_share = 0.0,  ///< [0, 1]
+      correlated_tau_s = 100.0;   ///< s
   /// Added to log time to give GPS time, which determines the satellites' positions.
   Duration gps_minus_log{0};
 };

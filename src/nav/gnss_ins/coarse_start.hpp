@@ -22,6 +22,12 @@ inline constexpr double kUnknownHeading_rad = 1.0;
 /// Of a heading about which nothing is known.
 inline constexpr double kNoHeadingSigma_rad = std::numbers::pi / std::numbers::sqrt3;
 
+/// Standard deviations of a receiver's position that a start has. The first measurements of the
+/// filter have the errors of that position: where they are correlated it must not count twice.
+[[nodiscard]] inline double sigmas_of_start(const GnssInsOptions& options) {
+  return options.correlated.share > 0.0 ? 10.0 : 2.0;
+}
+
 struct StartPosition {
   LogTime time;
   Geodetic antenna;
@@ -143,8 +149,8 @@ class CoarseStarter {
     start.nav.q_nb = rotation_from_roll_pitch_yaw({roll, pitch, heading});
     start.nav.position =
         geodetic_from_ned(-(start.nav.q_nb * options_.antenna_lever_arm_m), p.antenna);
-    start.position_sigma_m =
-        std::max(1.0, 2.0 * p.sigma_m) + options_.antenna_lever_arm_m.head<2>().norm();
+    start.position_sigma_m = std::max(1.0, sigmas_of_start(options_) * p.sigma_m) +
+                             options_.antenna_lever_arm_m.head<2>().norm();
     return start;
   }
 

@@ -16,6 +16,7 @@
 #include <wayfare/nav/ins_filter.hpp>
 
 #include "nav/gnss_ins/coarse_start.hpp"
+#include "nav/gnss_ins/gnss_errors.hpp"
 #include "nav/gnss_ins/ins_view.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
@@ -55,7 +56,8 @@ class InsEngine {
         filter_(make_filter(options, start)),
         heading_unknown_(start.heading_sigma_rad > kUnknownHeading_rad),
         last_(first),
-        clocks_(options.range_sigma_scale, options.gate_sigma) {
+        clocks_(options.range_sigma_scale, options.gate_sigma),
+        errors_(options) {
     last_.time = start.nav.time;
   }
 
@@ -93,17 +95,18 @@ class InsEngine {
     const bool ready = clocks_.prepare(filter_, epoch, notice);
     if (!notice.empty()) events.note(last_.time, notice);
     if (!ready) return;
+    errors_.advance(filter_, last_.time);
     int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
     for (const CorrectedRange& s : epoch.satellites) {
       if (has_range(s)) {
-        const auto u = filter_.update_range(s, clocks_.range_sigma_m(s), options_.gate_sigma,
+        const auto u = errors_.update_range(filter_, s, clocks_.range_sigma_m(s),
                                             clocks_.offset_of(s.satellite.system));
         record(events, Kind::range, s.satellite, u);
         ++ranges;
         ranges_in += u.accepted ? 1 : 0;
       }
       if (has_rate(s)) {
-        const auto u = filter_.update_range_rate(s, clocks_.rate_sigma_mps(s), options_.gate_sigma);
+        const auto u = errors_.update_range_rate(filter_, s, clocks_.rate_sigma_mps(s));
         record(events, Kind::range_rate, s.satellite, u);
         ++rates;
         rates_in += u.accepted ? 1 : 0;
@@ -121,12 +124,16 @@ class InsEngine {
     const double scale = options_.range_sigma_scale * options_.range_sigma_scale;
     // Along the axes of the covariance; one rejected permanently is a lock-out as well, since the
     // others cannot correct it.
+    errors_.advance(filter_, last_.time);
     const auto update = [&](Kind kind, const Eigen::Matrix3d& covariance, const auto& model) {
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
       bool all = true;
       for (int i = 0; i < 3; ++i) {
-        const auto u = filter_.ekf().update(
-            model(axes.eigenvectors().col(i), scale * axes.eigenvalues()[i]), options_.gate_sigma);
+        const Vector3d axis = axes.eigenvectors().col(i);
+        const auto measured = model(axis, scale * axes.eigenvalues()[i]);
+        const auto u = kind == Kind::position
+                           ? errors_.update_fix(filter_, measured, axis, scale * covariance)
+                           : errors_.update(filter_, measured);
         record(events, kind, {}, u);
         all = all && u.accepted;
       }
@@ -312,10 +319,14 @@ class InsEngine {
     const auto worst = [this](int first) {
       return filter_.covariance().diagonal().segment<3>(first).maxCoeff();
     };
-    if (worst(kPosition) < 1e8) filter_.ekf().scale_sigma(kPosition, 6, 1.5);
+    const auto inflate = [this](int first, int count) {
+      filter_.ekf().scale_sigma(first, count, 1.5);
+      filter_.ekf().recorder().scale_sigma(first, count, 1.5);
+    };
+    if (worst(kPosition) < 1e8) inflate(kPosition, 6);
     // Tilt and heading are more reliable, and essential: inflated less.
-    if (worst(kAttitude) < 0.15 * 0.15) filter_.ekf().scale_sigma(kAttitude, 3, 1.5);
-    filter_.ekf().scale_sigma(kClock, 2, 1.5);
+    if (worst(kAttitude) < 0.15 * 0.15) inflate(kAttitude, 3);
+    inflate(kClock, 2);
     events.note(last_.time, "most ranges or rates rejected for long: the covariance is inflated");
     if (rejected_s > 10.0 * options_.gate_reopen_s) lost_ = true;
   }
@@ -330,6 +341,7 @@ class InsEngine {
   double epoch_interval_s_ = 1.0;
   bool lost_ = false;
   ReceiverClocks clocks_;
+  GnssErrors errors_;
   std::optional<LogTime> ranges_rejected_since_, rates_rejected_since_;
 };
 

@@ -131,7 +131,7 @@ class Starter {
     if (!p->velocity_ned_mps) return std::nullopt;
     ++velocities_;
     return try_start(m.time, p->antenna, *p->velocity_ned_mps,
-                     std::max(least_sigma_m(m), 2.0 * p->sigma_m));
+                     std::max(least_sigma_m(m), sigmas_of_start(options_) * p->sigma_m));
   }
 
   /// What is missing, and what would help.

@@ -10,14 +10,15 @@
 #include <vector>
 
 #include <wayfare/core/statistics.hpp>
-#include <wayfare/filter/smoother.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
+
+#include "nav/gnss_ins/correlated_errors.hpp"
 
 namespace wayfare::nav {
 
 inline constexpr int kOffsets = kGnssSystems - 1;
-using InsRangeFilter = InsFilter<double, kOffsets, TapeRecorder<InsState<double, kOffsets>>>;
+using InsRangeFilter = InsFilter<double, kOffsets, CorrelatedErrors<InsState<double, kOffsets>>>;
 
 // Of these values: finite, and within limits that exclude overflow and the loss of all digits.
 [[nodiscard]] inline bool is_usable_sigma(double sigma) { return sigma > 1e-6 && sigma < 1e9; }

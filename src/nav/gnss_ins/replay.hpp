@@ -62,6 +62,12 @@ Result<GnssInsResult> with_coarse_start(const GnssInsRecording& recording,
   if (recording.imu.empty()) return Error{ErrorCode::invalid, "there are no inertial readings"};
   if (recording.ranges.empty() && recording.fixes.empty() && !recording.start)
     return Error{ErrorCode::invalid, "there are neither ranges nor fixes nor a start"};
+  const CorrelatedErrorOptions& c = options.correlated;
+  if (!(c.share >= 0.0 && c.share <= 1.0 && c.tau_s > 0.0 && c.distance_m > 0.0))
+    return Error{ErrorCode::invalid,
+                 "correlated errors need a share within [0, 1], and a positive time and distance"};
+  if (!(options.robust_sigma >= 0.0))
+    return Error{ErrorCode::invalid, "robust_sigma must not be negative"};
   auto result = run(options);
   if (result || result.error().code != ErrorCode::degenerate || options.start_without_velocity)
     return result;

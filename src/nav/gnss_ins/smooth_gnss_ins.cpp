@@ -121,6 +121,8 @@ Result<GnssInsResult> smooth_gnss_ins(const GnssInsRecording& recording,
                                       const GnssInsOptions& options,
                                       const GnssInsProgress& progress, std::stop_token stop,
                                       const std::function<void(const GnssInsEstimate&)>& each) {
+  if (options.correlated.share > 0.0)
+    return Error{ErrorCode::invalid, "with correlated errors the filter cannot be smoothed"};
   return nav::with_coarse_start(recording, options, [&](const GnssInsOptions& o) {
     return smooth_once(recording, o, progress, stop, each);
   });

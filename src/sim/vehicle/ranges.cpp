@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <variant>
 
 #include <Eigen/Cholesky>
 
+#include <wayfare/filter/gauss_markov.hpp>
 #include <wayfare/gnss/correct_ranges.hpp>
 #include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
@@ -21,7 +23,8 @@ enum Stream : std::uint64_t { kClock, kFirstSatellite };
 /// Errors of one satellite's measurements over the epochs.
 class SatelliteNoise {
  public:
-  explicit SatelliteNoise(const Rng& rng) : white_(rng.stream(0)), bursts_(rng.stream(1)) {}
+  explicit SatelliteNoise(const Rng& rng)
+      : white_(rng.stream(0)), bursts_(rng.stream(1)), slow_(rng.stream(2)) {}
 
   void step(double range_sigma_m, double rate_sigma_mps, const MultipathBursts& multipath,
             double seconds) {
@@ -38,11 +41,19 @@ class SatelliteNoise {
     }
     range_m += excess_m_;
   }
+  /// Moves an error of unit variance.
+  double step_correlated(double tau_s, double seconds) {
+    const auto step = discretise_gauss_markov(1.0, tau_s, seconds);
+    const double noise = slow_.normal();
+    correlated_ = correlated_ ? step.phi * *correlated_ + std::sqrt(step.q) * noise : noise;
+    return *correlated_;
+  }
 
   double range_m = 0.0, rate_mps = 0.0;
 
  private:
-  Rng white_, bursts_;
+  Rng white_, bursts_, slow_;
+  std::optional<double> correlated_;
   double burst_left_s_ = 0.0, excess_m_ = 0.0;
 };
 
@@ -168,7 +179,14 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
                                 const Constellation& constellation, const RangeParams& params,
                                 const Rng& rng) {
   WAYFARE_EXPECTS(params.period > Duration::zero(), "a receiver needs a positive period");
+  WAYFARE_EXPECTS(params.correlated_share >= 0.0 && params.correlated_share <= 1.0 &&
+                      params.correlated_tau_s > 0.0,
+                  "a share within [0, 1] of a range's variance, correlated over a positive time");
   const double dt = to_seconds(params.period);
+  const double slow_m = params.range_sigma_m * std::sqrt(params.correlated_share);
+  const double white_m = params.correlated_share == 0.0
+                             ? params.range_sigma_m
+                             : params.range_sigma_m * std::sqrt(1.0 - params.correlated_share);
   Rng clock_noise = rng.stream(kClock);
   std::vector<SatelliteNoise> noises =
       satellite_noises(rng, kFirstSatellite, constellation.satellites.size());
@@ -184,7 +202,9 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
     std::vector<CorrectedRange> seen;
     std::vector<Eigen::Vector3d> directions;
     for (std::size_t i = 0; i < noises.size(); ++i) {
-      noises[i].step(params.range_sigma_m, params.range_rate_sigma_mps, params.multipath, dt);
+      noises[i].step(white_m, params.range_rate_sigma_mps, params.multipath, dt);
+      if (params.correlated_share > 0.0)
+        noises[i].range_m += slow_m * noises[i].step_correlated(params.correlated_tau_s, dt);
       const SatelliteId id = constellation.satellites[i];
       const auto satellite = seen_from(constellation, id, gps, antenna.position_m);
       if (!satellite || elevation(place, satellite->position_ecef_m) < params.elevation_mask)
