@@ -7,21 +7,20 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
-#include <type_traits>
+#include <memory>
 #include <variant>
 #include <vector>
 
 #include <wayfare/inertial/detail/sample_clock.hpp>
 
+#include "nav/gnss_ins/any_filter.hpp"
 #include "nav/gnss_ins/ins_engine.hpp"
 #include "nav/gnss_ins/ins_history.hpp"
 #include "nav/gnss_ins/ins_start.hpp"
 #include "nav/gnss_ins/measurement_log.hpp"
 #include "nav/gnss_ins/plausible.hpp"
 
-namespace wayfare {
-
-namespace nav {
+namespace wayfare::nav {
 
 [[nodiscard]] inline Error refused(ErrorCode code, LogTime time, const std::string& why) {
   char text[48];
@@ -29,19 +28,27 @@ namespace nav {
   return {code, text + why};
 }
 
-}  // namespace nav
-
-/// Recent measurements in order of time, and snapshots of the engine for replay.
-class GnssIns::Filter {
+/// Recent measurements in order of time, and snapshots of the engine for replay. `Further`: of
+/// InsEngine.
+template <class... Further>
+class InsFilterWith final : public AnyInsFilter {
  public:
-  explicit Filter(const GnssInsOptions& options)
+  using Engine = InsEngine<Further...>;
+  using State = typename Engine::State;
+  using History = InsHistory<State>;
+
+  explicit InsFilterWith(const GnssInsOptions& options)
       : options_(options), starter_(options), coarse_(options) {
     // Late measurements are replayed: what they change is kept as well.
     if (options.smoothing_lag_s > 0.0)
       history_.open(from_seconds(std::max(options.smoothing_lag_s, options.max_lateness_s + 1.0)));
   }
 
-  void start(const GnssInsStart& start) {
+  [[nodiscard]] std::unique_ptr<AnyInsFilter> copy() const override {
+    return std::make_unique<InsFilterWith>(*this);
+  }
+
+  void start(const GnssInsStart& start) override {
     if (!nav::plausible(start))
       return events_.note(start.nav.time,
                           "the given start is implausible: not finite, not on the Earth, faster "
@@ -50,14 +57,15 @@ class GnssIns::Filter {
     seen_ = {};
     given_start_ = start;
   }
-  [[nodiscard]] bool started() const { return engine_.has_value(); }
-  [[nodiscard]] std::string missing() const {
+  [[nodiscard]] bool started() const override { return engine_.has_value(); }
+  [[nodiscard]] std::string missing() const override {
     if (engine_) return {};
     if (given_start_) return "there are no inertial readings at or after the given start's time";
     return starter_.missing();
   }
 
-  Result<void> add(ImuSample s) {
+  Result<void> add(const ImuSample& sample) override {
+    ImuSample s = sample;
     s.time += from_seconds(options_.imu_time_offset_s);
     if (!nav::plausible(s))
       return nav::refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
@@ -98,46 +106,47 @@ class GnssIns::Filter {
     return {};
   }
 
-  template <class Gnss>
-  Result<void> add(const Gnss& m) {
-    if (!nav::plausible(m))
-      return nav::refused(ErrorCode::invalid, m.time, "no usable measurement");
-    std::vector<LogTime>& seen = seen_[std::is_same_v<Gnss, GnssFix> ? 1 : 0];
-    const bool twice = std::find(seen.begin(), seen.end(), m.time) != seen.end();
-    if (!engine_) {
-      if (given_start_) return nav::refused(ErrorCode::not_found, m.time, "before the given start");
-      if (twice) return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
-      seen.assign(1, m.time);
-      const auto start = find_start(m);
-      if (start && last_imu_) begin(*start, *last_imu_);
-      return {};
-    }
-    const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
-    if (m.time < oldest) return nav::refused(ErrorCode::invalid, m.time, "too late");
-    if (twice) return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
-    if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0))
-      return nav::refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
-    std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
-    seen.push_back(m.time);
-    if (heading_unknown_ && m.time >= engine_->time() - from_seconds(1.0))
-      if (const auto start = find_start(m)) return align(*start), Result<void>{};
-    insert(m);
+  Result<void> add(const RangeEpoch& epoch) override { return add_gnss(epoch, seen_[0]); }
+  Result<void> add(const GnssFix& fix) override { return add_gnss(fix, seen_[1]); }
+  Result<void> add(const WheelSpeed& wheels) override {
+    if (!options_.odometer)
+      return nav::refused(ErrorCode::invalid, wheels.time,
+                          "wheel speeds need GnssInsOptions::odometer");
+    if (!nav::plausible(wheels))
+      return nav::refused(ErrorCode::invalid, wheels.time, "a wheel speed is implausible");
+    std::vector<LogTime>& seen = seen_[2];
+    const double since_s = seen.empty() ? 1.0 : to_seconds(wheels.time - seen.back());
+    if (!engine_ || (since_s > 0.0 && since_s < 0.095)) return {};
+    if (auto in_time = accept(wheels.time, seen, "a wheel speed arrived twice"); !in_time)
+      return in_time;
+    insert(wheels);
     return {};
   }
-
-  [[nodiscard]] const nav::InsEngine& engine() const {
-    WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
-    return *engine_;
+  [[nodiscard]] GnssInsEstimate estimate() const override {
+    return engine().view().estimate(options_.q_body_imu);
   }
-  [[nodiscard]] const SO3d& q_body_imu() const { return options_.q_body_imu; }
-  nav::EventLog& events() { return events_; }
-  nav::InsHistory& history() { return history_; }
+  [[nodiscard]] GnssInsPoint point() const override {
+    return engine().view().point(options_.q_body_imu);
+  }
+  [[nodiscard]] nav::EventLog& events() override { return events_; }
 
-  [[nodiscard]] std::optional<GnssInsEstimate> lagged() const {
+  void keep() override { history_.open(Duration::max() / 2); }
+  void smooth(nav::InsAdjoint& adjoint, const nav::SmoothedSink& sink) const override {
+    if (!adjoint.has_value()) adjoint = SmootherAdjoint<State>{};
+    history_.back(std::any_cast<SmootherAdjoint<State>&>(adjoint),
+                  [&](LogTime, const auto& smoothed) {
+                    const auto now = smoothed();
+                    sink(now.view().point(options_.q_body_imu),
+                         [&] { return now.view().estimate(options_.q_body_imu); });
+                    return true;
+                  });
+  }
+
+  [[nodiscard]] std::optional<GnssInsEstimate> lagged() const override {
     if (!engine_) return std::nullopt;
     const LogTime wanted = engine_->time() - from_seconds(options_.smoothing_lag_s);
     std::optional<GnssInsEstimate> found;
-    nav::InsAdjoint adjoint;
+    SmootherAdjoint<State> adjoint;
     history_.back(adjoint, [&](LogTime time, const auto& smoothed) {
       if (time > wanted) return true;
       found = smoothed().view().estimate(options_.q_body_imu);
@@ -149,9 +158,50 @@ class GnssIns::Filter {
  private:
   struct Snapshot {
     std::size_t done;
-    nav::InsEngine engine;
-    nav::InsHistory::Place recorded;
+    Engine engine;
+    typename History::Place recorded;
   };
+
+  [[nodiscard]] const Engine& engine() const {
+    WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
+    return *engine_;
+  }
+
+  template <class Gnss>
+  Result<void> add_gnss(const Gnss& m, std::vector<LogTime>& seen) {
+    if (!nav::plausible(m))
+      return nav::refused(ErrorCode::invalid, m.time, "no usable measurement");
+    if (!engine_) {
+      if (given_start_) return nav::refused(ErrorCode::not_found, m.time, "before the given start");
+      if (is_among(m.time, seen))
+        return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+      seen.assign(1, m.time);
+      const auto start = find_start(m);
+      if (start && last_imu_) begin(*start, *last_imu_);
+      return {};
+    }
+    if (auto in_time = accept(m.time, seen, "an epoch arrived twice"); !in_time) return in_time;
+    if (heading_unknown_ && m.time >= engine_->time() - from_seconds(1.0))
+      if (const auto start = find_start(m)) return align(*start), Result<void>{};
+    insert(m);
+    return {};
+  }
+
+  [[nodiscard]] static bool is_among(LogTime time, const std::vector<LogTime>& times) {
+    return std::find(times.begin(), times.end(), time) != times.end();
+  }
+
+  /// Errors: too late, far ahead, or among `seen`, to which it is added.
+  Result<void> accept(LogTime time, std::vector<LogTime>& seen, const char* twice) {
+    const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
+    if (time < oldest) return nav::refused(ErrorCode::invalid, time, "too late");
+    if (is_among(time, seen)) return nav::refused(ErrorCode::invalid, time, twice);
+    if (last_imu_ && time - last_imu_->time > from_seconds(60.0))
+      return nav::refused(ErrorCode::invalid, time, "far ahead of the inertial readings");
+    std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
+    seen.push_back(time);
+    return {};
+  }
 
   /// Not started, or without heading.
   [[nodiscard]] bool seeks_start() const { return !engine_ || heading_unknown_; }
@@ -255,7 +305,7 @@ class GnssIns::Filter {
     if (t > engine_->time()) mark();
     if (!nav::is_imu(entry.measurement) && t > engine_->time() && !advance_to(t)) return false;
     events_.open = !entry.processed;
-    std::visit([this](const auto& m) { process(m); }, entry.measurement);
+    std::visit([this](const auto& m) { this->process(m); }, entry.measurement);
     events_.open = true;
     entry.processed = true;
     ++done_;
@@ -307,7 +357,7 @@ class GnssIns::Filter {
     while (snapshots_.size() > 1 && snapshots_[1].engine.time() <= limit) snapshots_.pop_front();
     const std::size_t drop = snapshots_.front().done;
     log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(drop));
-    const nav::InsHistory::Place removed = history_.drop_old();
+    const typename History::Place removed = history_.drop_old();
     for (Snapshot& k : snapshots_) k.done -= drop, k.recorded -= removed;
     done_ -= drop;
   }
@@ -317,18 +367,19 @@ class GnssIns::Filter {
   nav::CoarseStarter coarse_;
   bool heading_unknown_ = false;  ///< of the engine
   std::optional<GnssInsStart> given_start_;
-  std::optional<nav::InsEngine> engine_;
+  std::optional<Engine> engine_;
   std::optional<ImuSample> last_imu_;
   SampleClock imu_clock_{1.0};
-  /// Times of accepted ranges and fixes, while they could still be replayed or start the filter.
-  std::array<std::vector<LogTime>, 2> seen_;
+  /// Times of accepted ranges, fixes and wheel speeds, while they could still be replayed or start
+  /// the filter.
+  std::array<std::vector<LogTime>, 3> seen_;
   double interval_s_ = 0.0;
   nav::MeasurementLog log_;
   std::size_t done_ = 0;
   std::deque<Snapshot> snapshots_;
-  nav::InsHistory history_;
+  History history_;
   bool unmarked_ = false;
   nav::EventLog events_;
 };
 
-}  // namespace wayfare
+}  // namespace wayfare::nav

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,22 +18,14 @@
 #include <wayfare/nav/ins_filter.hpp>
 
 #include "nav/gnss_ins/coarse_start.hpp"
+#include "nav/gnss_ins/event_log.hpp"
 #include "nav/gnss_ins/ins_view.hpp"
+#include "nav/gnss_ins/phase_changes.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
+#include "nav/gnss_ins/wheel_updates.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
 
 namespace wayfare::nav {
-
-/// Innovations and notices; closed during replay.
-struct EventLog {
-  std::vector<InnovationRecord> innovations;
-  std::vector<GnssInsNotice> notices;
-  bool open = true;
-
-  void note(LogTime time, std::string text) {
-    if (open) notices.push_back({time, std::move(text)});
-  }
-};
 
 /// Near the ground, and not where north and east are undefined.
 [[nodiscard]] inline bool is_on_earth(const Geodetic& p) {
@@ -45,17 +39,22 @@ struct EventLog {
           (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
 }
 
+/// `Further`: blocks of the state besides those of InsState.
+template <class... Further>
 class InsEngine {
  public:
-  using Filter = InsRangeFilter;
-  using State = Filter::State;
+  using Filter = InsRangeFilter<Further...>;
+  using State = typename Filter::State;
+  using View = InsView<State>;
 
   InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first)
       : options_(options),
         filter_(make_filter(options, start)),
         heading_unknown_(start.heading_sigma_rad > kUnknownHeading_rad),
         last_(first),
-        clocks_(options.range_sigma_scale, options.gate_sigma) {
+        clocks_(options.range_sigma_scale, options.gate_sigma),
+        phases_(options),
+        wheels_(options) {
     last_.time = start.nav.time;
   }
 
@@ -93,6 +92,12 @@ class InsEngine {
     const bool ready = clocks_.prepare(filter_, epoch, notice);
     if (!notice.empty()) events.note(last_.time, notice);
     if (!ready) return;
+    if constexpr (kPhases) {
+      if (!notice.empty()) phases_.forget();
+      phases_.update(filter_, epoch, [&](SatelliteId id, const ScalarUpdate<double>& u) {
+        record(events, Kind::phase, id, u);
+      });
+    }
     int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
     for (const CorrectedRange& s : epoch.satellites) {
       if (has_range(s)) {
@@ -111,6 +116,7 @@ class InsEngine {
     }
     reopen(ranges_rejected_since_, ranges_in, ranges, events);
     reopen(rates_rejected_since_, rates_in, rates, events);
+    if constexpr (kPhases) phases_.keep(filter_, epoch);
     if (ranges_in < 4) return;
     note_full_epoch();
     if (rates_in >= 4) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
@@ -149,10 +155,20 @@ class InsEngine {
     if (velocity_in) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
   }
 
+  void apply(const WheelSpeed& wheels, EventLog& events) {
+    if constexpr (kWheels) {
+      const bool inflated = wheels_.update(filter_, wheels, [&](const ScalarUpdate<double>& u) {
+        record(events, Kind::wheels, {}, u);
+      });
+      if (inflated) events.note(last_.time, "wheels rejected for long: the covariance is inflated");
+      if (inflated) forget_phases();
+    }
+  }
+
   /// Its steps are written to `tape` from now on; null: to none.
   void record_to(SmootherTape<State>* tape) { filter_.ekf().recorder().tape = tape; }
   /// The estimate.
-  [[nodiscard]] InsView view() const {
+  [[nodiscard]] View view() const {
     return {last_.time, filter_.plane(), filter_.clock_anchor_m(), filter_.state(),
             filter_.covariance()};
   }
@@ -167,22 +183,27 @@ class InsEngine {
  private:
   using Kind = InnovationRecord::Kind;
   using Vector3d = Eigen::Vector3d;
+  static constexpr bool kPhases = kHasEarlier<State>, kWheels = kHasOdometer<State>;
+  struct None {
+    explicit None(const GnssInsOptions&) {}
+  };
 
   static Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start) {
     using namespace ins_state;
     State x;
     x.velocity_mps = start.nav.velocity_ned_mps;
     x.q_nu = start.nav.q_nb * o.q_body_imu;
-    Filter::Square p = Filter::Square::Zero();
+    typename Filter::Square p = Filter::Square::Zero();
     const auto set = [&p](int first, const Vector3d& sigma) {
-      p.diagonal().segment<3>(first) = sigma.cwiseAbs2();
+      p.diagonal().template segment<3>(first) = sigma.cwiseAbs2();
     };
     set(kPosition, Vector3d::Constant(start.position_sigma_m));
     set(kVelocity, Vector3d::Constant(start.velocity_sigma_mps));
     // Tilt and heading are about north, east and down; the state's error about the unit's axes.
     const Eigen::Matrix3d c = x.q_nu.matrix();
     const Vector3d level(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
-    p.block<3, 3>(kAttitude, kAttitude) = c.transpose() * level.cwiseAbs2().asDiagonal() * c;
+    p.template block<3, 3>(kAttitude, kAttitude) =
+        c.transpose() * level.cwiseAbs2().asDiagonal() * c;
     const bool bias_known = start.gyro_bias_sigma_radps > 0.0;
     if (bias_known) x.gyro_bias_radps = start.gyro_bias_radps;
     set(kGyroBias,
@@ -190,9 +211,37 @@ class InsEngine {
     set(kAccelBias, o.imu.accel_bias_mps2.sigma);
     set(kGyroScale, o.imu.gyro_scale.sigma);
     set(kAccelScale, o.imu.accel_scale.sigma);
-    p.diagonal().tail<2 + kOffsets>().setConstant(1e4);
+    p.diagonal().template segment<2 + kOffsets>(kClock).setConstant(1e4);
+    if constexpr (kWheels) start_odometer(o, x, p);
     const Vector3d lever = o.q_body_imu.inverse() * o.antenna_lever_arm_m;
-    return {start.nav.position, 0.0, x, p, InsNoise<double>(o.imu, o.clock), lever};
+    return {start.nav.position,  0.0, x, p, InsNoise<double>(o.imu, o.clock), lever,
+            block<Further>(o)...};
+  }
+
+  static void start_odometer(const GnssInsOptions& options, State& x, typename Filter::Square& p) {
+    constexpr int k = State::template index<ins::Odometer<double>>();
+    const OdometerOptions& o = *options.odometer;
+    x.odometer.template tail<3>() = o.lever_arm_m;
+    const double direction = o.direction_sigma_rad * o.direction_sigma_rad;
+    const double lever = o.lever_arm_sigma_m * o.lever_arm_sigma_m;
+    p.diagonal().template segment<6>(k) << o.scale_sigma * o.scale_sigma, direction, direction,
+        lever, lever, lever;
+  }
+
+  /// A further block with its noise.
+  template <class Block>
+  static Block block(const GnssInsOptions& options) {
+    if constexpr (std::same_as<Block, ins::Odometer<double>>) {
+      typename Block::Value walk = Block::Value::Zero();
+      walk[0] = options.odometer->scale_walk_per_sqrt_s;
+      return Block(walk);
+    } else {
+      return {};
+    }
+  }
+
+  void forget_phases() {
+    if constexpr (kPhases) phases_.forget();
   }
 
   void predict(const ImuInterval& imu, bool in_gap) {
@@ -218,11 +267,11 @@ class InsEngine {
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - down * down.transpose();
     struct Step {
       State state;
-      Filter::Square phi, q;
+      typename Filter::Square phi, q;
     };
     Step step{filter_.state(), Filter::Square::Identity(), Filter::Square::Zero()};
-    step.phi.block<3, 3>(kAttitude, kAttitude) = across;
-    step.q.block<3, 3>(kAttitude, kAttitude) =
+    step.phi.template block<3, 3>(kAttitude, kAttitude) = across;
+    step.q.template block<3, 3>(kAttitude, kAttitude) =
         kNoHeadingSigma_rad * kNoHeadingSigma_rad * down * down.transpose();
     const double a = options_.gap_acceleration_mps2;
     for (int i = 0; i < 2; ++i) step.q(kVelocity + i, kVelocity + i) = a * a * dt_s;
@@ -248,7 +297,8 @@ class InsEngine {
   }
 
   void update_standstill(EventLog& events) {
-    const auto velocity_variance = filter_.covariance().diagonal().segment<3>(ins_state::kVelocity);
+    const auto velocity_variance =
+        filter_.covariance().diagonal().template segment<3>(ins_state::kVelocity);
     if (!zero_velocity_.update(
             last_.time, recent_,
             {filter_.state().gyro_bias_radps, filter_.state().velocity_mps.norm(),
@@ -271,7 +321,13 @@ class InsEngine {
 
   void update_non_holonomic(EventLog& events) {
     const double limit_s = std::max(0.3, 1.5 * epoch_interval_s_);
-    if (last_full_epoch_ && to_seconds(last_.time - *last_full_epoch_) < limit_s) return;
+    const bool with_satellites =
+        last_full_epoch_ && to_seconds(last_.time - *last_full_epoch_) < limit_s;
+    if constexpr (kWheels) {
+      return update_across(
+          with_satellites ? wheels_.cross_sigma_mps() : options_.non_holonomic_sigma_mps, events);
+    }
+    if (with_satellites) return;
     if (filter_.state().velocity_mps.norm() < 0.5) return;
     const double sigma = options_.non_holonomic_sigma_mps;
     for (int axis = 1; axis < 3; ++axis) {
@@ -281,6 +337,18 @@ class InsEngine {
                                               0.0, sigma * sigma},
           options_.gate_sigma);
       record(events, Kind::constraint, {}, u);
+    }
+  }
+
+  /// The axle does not move across the direction of travel.
+  void update_across(double sigma_mps, EventLog& events) {
+    if constexpr (kWheels) {
+      if (sigma_mps <= 0.0 || filter_.state().velocity_mps.norm() < 0.5) return;
+      for (int axis = 1; axis < 3; ++axis) {
+        const auto u =
+            filter_.ekf().update(wheels_.model(filter_, axis, 0.0, sigma_mps), options_.gate_sigma);
+        record(events, Kind::constraint, {}, u);
+      }
     }
   }
 
@@ -310,12 +378,13 @@ class InsEngine {
     if (rejected_s < options_.gate_reopen_s) return;
     using namespace ins_state;
     const auto worst = [this](int first) {
-      return filter_.covariance().diagonal().segment<3>(first).maxCoeff();
+      return filter_.covariance().diagonal().template segment<3>(first).maxCoeff();
     };
     if (worst(kPosition) < 1e8) filter_.ekf().scale_sigma(kPosition, 6, 1.5);
     // Tilt and heading are more reliable, and essential: inflated less.
     if (worst(kAttitude) < 0.15 * 0.15) filter_.ekf().scale_sigma(kAttitude, 3, 1.5);
     filter_.ekf().scale_sigma(kClock, 2, 1.5);
+    forget_phases();
     events.note(last_.time, "most ranges or rates rejected for long: the covariance is inflated");
     if (rejected_s > 10.0 * options_.gate_reopen_s) lost_ = true;
   }
@@ -330,6 +399,8 @@ class InsEngine {
   double epoch_interval_s_ = 1.0;
   bool lost_ = false;
   ReceiverClocks clocks_;
+  [[no_unique_address]] std::conditional_t<kPhases, PhaseChanges<Filter>, None> phases_;
+  [[no_unique_address]] std::conditional_t<kWheels, WheelUpdates<Filter>, None> wheels_;
   std::optional<LogTime> ranges_rejected_since_, rates_rejected_since_;
 };
 

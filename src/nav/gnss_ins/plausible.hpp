@@ -36,6 +36,8 @@ namespace wayfare::nav {
                                   is_positive_definite(f.velocity_covariance_ned)));
 }
 
+[[nodiscard]] inline bool plausible(const WheelSpeed& s) { return std::abs(s.speed_mps) < 1000.0; }
+
 [[nodiscard]] inline bool plausible(const GnssInsStart& s) {
   const auto sigma = [](double value) { return value >= 0.0 && std::isfinite(value * value); };
   return is_on_earth(s.nav.position) && plausible_velocity(s.nav.velocity_ned_mps) &&
