@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -66,27 +67,39 @@ std::vector<PhasePair> phase_pairs(const RangeEpoch& before, const RangeEpoch& a
 }
 
 std::vector<SatelliteId> drop_slips_by_rates(std::vector<PhasePair>& pairs, double dt_s,
-                                             double clock_sigma_m) {
-  // The trapezoidal rule is wrong by a twelfth of the jerk times the third power of the time.
-  constexpr double kJerk_mps3 = 10.0, kSigmas = 5.0;
-  const double jerk_m = kJerk_mps3 * dt_s * dt_s * dt_s / 12.0;
-  const auto excess = [dt_s](const PhasePair& p) {
-    return p.change_m() - 0.5 * dt_s * (p.after->range_rate_mps + p.before->range_rate_mps);
-  };
-  std::vector<double> all;
-  for (const PhasePair& p : pairs)
-    if (std::isfinite(excess(p))) all.push_back(excess(p));
-  const bool common = all.size() >= 4;
-  const double shift = common ? upper_median_of(all) : 0.0;
-  std::vector<SatelliteId> slipped;
-  std::erase_if(pairs, [&](const PhasePair& p) {
+                                             double clock_sigma_m,
+                                             const Eigen::Vector3d& near_ecef_m) {
+  constexpr double kJerk_mps3 = 4.0, kSigmas = 5.0;
+  const double path_m = kJerk_mps3 * dt_s * dt_s * dt_s / 12.0;
+  std::vector<PhasePair> kept, judged;
+  for (const PhasePair& p : pairs) {
+    const bool rates =
+        std::isfinite(p.after->range_rate_mps) && std::isfinite(p.before->range_rate_mps);
+    (rates ? judged : kept).push_back(p);
+  }
+  const auto n = static_cast<Eigen::Index>(judged.size());
+  Eigen::MatrixX3d sight(n, 3);
+  Eigen::VectorXd excess(n), variances(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const PhasePair& p = judged[static_cast<std::size_t>(i)];
+    sight.row(i) = (p.after->position_ecef_m - near_ecef_m).normalized().transpose();
+    excess[i] = p.change_m() - 0.5 * dt_s * (p.after->range_rate_mps + p.before->range_rate_mps);
     const double rates =
         0.5 * dt_s * std::hypot(p.after->range_rate_sigma_mps, p.before->range_rate_sigma_mps);
-    const double noise = std::hypot(rates, p.sigma_m(), common ? 0.0 : clock_sigma_m);
-    const bool slips = std::abs(excess(p) - shift) > kSigmas * noise + jerk_m;
-    if (slips) slipped.push_back(p.after->satellite);
-    return slips;
-  });
+    variances[i] = rates * rates + p.sigma_m() * p.sigma_m();
+  }
+  Eigen::MatrixXd s = path_m * path_m * sight * sight.transpose();
+  s.array() += clock_sigma_m * clock_sigma_m;
+  s.diagonal() += variances;
+  const std::vector<bool> stays = consistent_innovations(excess, s, kSigmas);
+  std::vector<SatelliteId> slipped;
+  for (std::size_t i = 0; i < judged.size(); ++i) {
+    if (stays[i])
+      kept.push_back(judged[i]);
+    else
+      slipped.push_back(judged[i].after->satellite);
+  }
+  pairs = std::move(kept);
   return slipped;
 }
 
@@ -123,7 +136,9 @@ std::optional<PhaseDisplacement> phase_displacement(const RangeEpoch& before,
   PhaseDisplacement result;
   std::vector<PhasePair> pairs = phase_pairs(before, after);
   if (pairs.size() < 4) return std::nullopt;
-  result.slipped = drop_slips_by_rates(pairs, dt_s, 0.3 * std::sqrt(dt_s));
+  // The receiver's clock may jump by milliseconds.
+  constexpr double kAnyClock_m = 1e6;
+  result.slipped = drop_slips_by_rates(pairs, dt_s, kAnyClock_m, before_ecef_m);
   if (pairs.size() < 4) return std::nullopt;
   const std::vector<bool> stays = consistent(equations_of(pairs, before_ecef_m), gate_sigma);
   std::vector<PhasePair> kept;

@@ -109,7 +109,7 @@ TEST(PhaseDisplacement, RatesTellSlipsWithoutRedundancy) {
   b.satellites[5].phase_m += 50.0 * kCycle_m;
   std::vector<PhasePair> pairs = phase_pairs(a, b);
   ASSERT_EQ(pairs.size(), 8U);
-  EXPECT_EQ(drop_slips_by_rates(pairs, 1.0, 0.3), std::vector{b.satellites[5].satellite});
+  EXPECT_EQ(drop_slips_by_rates(pairs, 1.0, 0.3, ecef_from_geodetic(kHere)), std::vector{b.satellites[5].satellite});
   EXPECT_EQ(pairs.size(), 7U);
 }
 

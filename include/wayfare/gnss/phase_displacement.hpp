@@ -28,12 +28,15 @@ struct PhasePair {
 /// noticed.
 [[nodiscard]] std::vector<PhasePair> phase_pairs(const RangeEpoch& before, const RangeEpoch& after);
 
-/// Removes pairs whose change is not the integral of the range rates, as far as these tell, `dt_s`
-/// being the time between the epochs. The change of the receiver's clock beyond its drift is common
-/// to all: the median with four satellites or more, else of standard deviation `clock_sigma_m`.
-/// Returns the satellites removed.
+/// Removes pairs whose change is not the integral of the range rates by the trapezoidal rule, as
+/// far as these and all other pairs tell (consistent_innovations). That rule's error, a twelfth of
+/// the acceleration's change times the time squared, is an unknown vector; the change of the
+/// receiver's clock beyond its drift is common to all and of standard deviation `clock_sigma_m`.
+/// `dt_s`: between the epochs; `near_ecef_m`: the receiver, to some kilometres. Returns the
+/// satellites removed.
 std::vector<SatelliteId> drop_slips_by_rates(std::vector<PhasePair>& pairs, double dt_s,
-                                             double clock_sigma_m);
+                                             double clock_sigma_m,
+                                             const Eigen::Vector3d& near_ecef_m);
 
 /// Of innovations ν with covariance S, those that agree with the prediction and all others. One by
 /// one, the worst is removed while |(S⁻¹ν)ᵢ| / √(S⁻¹)ᵢᵢ exceeds `limit`: that is the error of the

@@ -149,11 +149,11 @@ struct GnssInsStart {
 
 /// Everything a run needs, each stream in order of time.
 struct GnssInsRecording {
-  std::vector<ImuSample> imu;         ///< readings of the unit
-  std::vector<RangeEpoch> ranges;     ///< corrected ranges, for tight coupling
-  std::vector<GnssFix> fixes;         ///< positions of a receiver, for loose coupling
-  std::optional<GnssInsStart> start;  ///< absent: from GNSS velocity and levelling
-  std::vector<WheelSpeed> wheels;     ///< used with GnssInsOptions::odometer
+  std::vector<ImuSample> imu;           ///< readings of the unit
+  std::vector<RangeEpoch> ranges;       ///< corrected ranges, for tight coupling
+  std::vector<GnssFix> fixes;           ///< positions of a receiver, for loose coupling
+  std::optional<GnssInsStart> start;    ///< absent: from GNSS velocity and levelling
+  std::vector<WheelSpeed> wheels = {};  ///< used with GnssInsOptions::odometer
 };
 
 /// An event of the filter: a gap, a late epoch, a reset.

@@ -2,6 +2,7 @@
 
 // Changes of carrier phases between epochs: pairs of phases, cycle slips, updates.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -35,7 +36,7 @@ class PhaseChanges {
     const double dt_s = to_seconds(epoch.time - earlier_->time);
     if (!(dt_s > 0.0) || dt_s > options_.longest_interval_s) return;
     std::vector<PhasePair> pairs = phase_pairs(*earlier_, epoch);
-    static_cast<void>(drop_slips_by_rates(pairs, dt_s, clock_walk_ * std::sqrt(dt_s)));
+    drop_slips(filter, pairs, dt_s, record);
     const auto n = static_cast<Eigen::Index>(pairs.size());
     constexpr int kDof = Filter::kDof;
     Eigen::Matrix<double, kDof, Eigen::Dynamic> h =
@@ -69,6 +70,22 @@ class PhaseChanges {
   }
 
  private:
+  /// By the range rates.
+  template <class Record>
+  void drop_slips(const Filter& filter, std::vector<PhasePair>& pairs, double dt_s,
+                  const Record& record) const {
+    const std::vector<PhasePair> all = pairs;
+    const std::vector<SatelliteId> slipped = drop_slips_by_rates(
+        pairs, dt_s, clock_walk_ * std::sqrt(dt_s), filter.state().earlier.template head<3>());
+    for (const PhasePair& pair : all) {
+      if (std::find(slipped.begin(), slipped.end(), pair.after->satellite) == slipped.end())
+        continue;
+      const auto m = model(filter, pair)(filter.state());
+      const double sigma = filter.ekf().predicted_sigma(m);
+      record(pair.after->satellite, ScalarUpdate<double>{m.innovation, sigma * sigma, false});
+    }
+  }
+
   [[nodiscard]] PhaseChangeModel<double, kOffsets> model(const Filter& filter,
                                                          const PhasePair& pair) const {
     CorrectedRange now = *pair.after;
