@@ -32,6 +32,7 @@ struct Options : OutputArguments {
   int threads = 1;
   bool simulated = false, smooth = false, wheels = false;
   double wheel_scale = 0.01;
+  std::vector<double> left;
 };
 
 NavTrajectory antenna_track(const std::vector<GnssInsPoint>& points,
@@ -156,6 +157,9 @@ Result<OutagePlan> plan_of(const Options& o, const KnownDrive& drive) {
   plan.threads = o.threads;
   // What is smoothed depends on the end of the outage.
   if (o.smooth) plan.durations = {plan.durations.back()};
+  if (!o.left.empty()) plan.satellites_left.clear();
+  for (const double n : o.left)
+    plan.satellites_left.push_back(static_cast<std::size_t>(std::max(n, 0.0)));
   const LogTime begin = drive.recording.imu.front().time;
   const LogTime end = std::min(drive.recording.imu.back().time, drive.recording.ranges.back().time);
   const LogTime first = begin + from_seconds(o.first_s);
@@ -251,6 +255,7 @@ int main(int argc, char** argv) {
       "the simulated or recorded ranges' carrier phases; simulated ones have 3 mm of noise");
   app.add_flag("--smooth", o.smooth,
                "estimate each instant by all measurements, in outages of 30 s only");
+  app.add_option("--left", o.left, "numbers of satellites that stay; else 0 to 4").expected(1, 5);
   app.add_option("--threads", o.threads, kThreadsHelp).range(1, 256).show_default();
   add_force_and_quiet(app, o);
   add_json(app, o);
