@@ -91,7 +91,7 @@ struct Drive {
   GnssInsRecording recording;
   GnssInsOptions options;
   std::vector<bool> slips;
-  sim::WheelParams wheels;
+  sim::WheelSpeedParams wheels;
 
   explicit Drive(double slips_per_hour) {
     const auto path = sim::demo_drive();
@@ -102,7 +102,7 @@ struct Drive {
     // The simulated vehicle does not slide at the unit: the axle is beside or below it.
     wheels.lever_arm_m = {0.0, 0.3, 0.5};
     wheels.slips_per_hour = slips_per_hour;
-    auto simulated = sim::simulate_wheels(path, wheels, Rng(7));
+    auto simulated = sim::simulate_wheel_speeds(path, wheels, Rng(7));
     recording.wheels = std::move(simulated.readings);
     slips = std::move(simulated.slips);
     options.odometer.emplace();

@@ -33,7 +33,7 @@ struct Options : OutputArguments {
   bool perfect_unit = false, wheels = false, phases = false;
   double slips_per_hour = 0.0, cycle_slips_per_hour = 0.0;
   std::vector<double> axle_m = {0.0, 0.0, 0.0};
-  sim::WheelParams wheel;
+  sim::WheelSpeedParams wheel;
   sim::ImuParams imu;
   sim::RangeParams ranges;
 };
@@ -164,7 +164,7 @@ Result<void> complete(Options& o, LogTime start) {
 
 Result<void> write_wheels(const sim::VehicleTrajectory& trajectory, const Options& o,
                           const Rng& rng) {
-  const auto wheels = sim::simulate_wheels(trajectory, o.wheel, rng);
+  const auto wheels = sim::simulate_wheel_speeds(trajectory, o.wheel, rng);
   return io::write_wheels(o.path("wheels.txt"), wheels.readings, o.write());
 }
 

@@ -34,7 +34,8 @@ std::vector<RangeEpoch> ranges_along(const sim::VehicleTrajectory& trajectory,
 std::vector<WheelSpeed> wheels_along(const sim::VehicleTrajectory& trajectory,
                                      const RangeSimulation& ranges) {
   if (!ranges.wheels) return {};
-  return sim::simulate_wheels(trajectory, *ranges.wheels, Rng(ranges.seed).stream(kWheelStream))
+  return sim::simulate_wheel_speeds(trajectory, *ranges.wheels,
+                                    Rng(ranges.seed).stream(kWheelStream))
       .readings;
 }
 

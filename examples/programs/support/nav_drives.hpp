@@ -27,7 +27,7 @@ struct RangeSimulation {
   std::uint64_t seed = 1;
   bool phases = false;  ///< with carrier phases
   /// Wheels, simulated as well; none by default.
-  std::optional<sim::WheelParams> wheels;
+  std::optional<sim::WheelSpeedParams> wheels;
 };
 
 /// A recording with ranges and the truth at any time.

@@ -132,10 +132,8 @@ struct RangeModel {
   static constexpr int kEntries = 6 + 2;  ///< numbers of a row that are not zero: three, three, two
   using Row = SparseRow<T, kEntries>;     ///< the nonzero numbers of H
 
-  /// Innovation, row and variance at a state.
-  template <class... Further>
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(
-      const InsState<T, Offsets, Further...>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;
     const AntennaView<T> antenna(x, plane, lever_m, Vector3::Zero());
@@ -170,10 +168,8 @@ struct RangeRateModel {
   static constexpr int kEntries = 13;  ///< numbers of a row that are not zero
   using Row = SparseRow<T, kEntries>;  ///< the nonzero numbers of H
 
-  /// Innovation, row and variance at a state.
-  template <class... Further>
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(
-      const InsState<T, Offsets, Further...>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;
     const Vector3 inverse_scale = (x.gyro_scale.array() + T(1)).inverse();

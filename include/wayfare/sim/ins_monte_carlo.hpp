@@ -41,9 +41,9 @@ using InsErrorSeries = std::vector<InsErrorAt>;  ///< one entry per epoch
 
 /// Sensors, filter and start of the runs.
 struct InsMonteCarloOptions {
-  ImuParams imu;       ///< simulated unit
-  RangeParams ranges;  ///< simulated receiver
-  WheelParams wheels;  ///< simulated, where `filter` has an odometer
+  ImuParams imu;            ///< simulated unit
+  RangeParams ranges;       ///< simulated receiver
+  WheelSpeedParams wheels;  ///< simulated, where `filter` has an odometer
   /// Noise parameters, mounting and lever arm are taken from the simulated sensors.
   GnssInsOptions filter;
   /// Standard deviations of the initial state, which is drawn around the truth.

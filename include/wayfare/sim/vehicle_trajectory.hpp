@@ -190,7 +190,7 @@ class SimulatedUnit {
 [[nodiscard]] ImuNoise perfect_imu();
 
 /// Wheels of an axle that does not steer.
-struct WheelParams {
+struct WheelSpeedParams {
   Duration period{100'000'000};  ///< between readings
   double scale = 0.01;           ///< relative error of the speed
   double sigma_mps = 0.03;       ///< white noise
@@ -203,12 +203,13 @@ struct WheelParams {
 };
 
 /// Readings of a drive from trajectory.begin() on, and which of them slip.
-struct SimulatedWheels {
+struct SimulatedWheelSpeeds {
   std::vector<WheelSpeed> readings;  ///< in order of time
   std::vector<bool> slips;           ///< one for each reading
 };
 /// Forward speed of the axle with the errors of `params`.
-[[nodiscard]] SimulatedWheels simulate_wheels(const VehicleTrajectory& trajectory,
-                                              const WheelParams& params, const Rng& rng);
+[[nodiscard]] SimulatedWheelSpeeds simulate_wheel_speeds(const VehicleTrajectory& trajectory,
+                                                         const WheelSpeedParams& params,
+                                                         const Rng& rng);
 
 }  // namespace wayfare::sim

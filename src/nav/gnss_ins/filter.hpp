@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdio>
 #include <deque>
 #include <memory>
 #include <variant>
@@ -14,6 +12,7 @@
 #include <wayfare/inertial/detail/sample_clock.hpp>
 
 #include "nav/gnss_ins/any_filter.hpp"
+#include "nav/gnss_ins/arrivals.hpp"
 #include "nav/gnss_ins/ins_engine.hpp"
 #include "nav/gnss_ins/ins_history.hpp"
 #include "nav/gnss_ins/ins_start.hpp"
@@ -22,20 +21,12 @@
 
 namespace wayfare::nav {
 
-[[nodiscard]] inline Error refused(ErrorCode code, LogTime time, const std::string& why) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.3f s: ", time.seconds());
-  return {code, text + why};
-}
-
-/// Recent measurements in order of time, and snapshots of the engine for replay. `Further`: of
-/// InsEngine.
+/// Recent measurements in order of time, and snapshots for replay. `Further`: of InsEngine.
 template <class... Further>
 class InsFilterWith final : public AnyInsFilter {
  public:
   using Engine = InsEngine<Further...>;
-  using State = typename Engine::State;
-  using History = InsHistory<State>;
+  using History = InsHistory<typename Engine::State>;
 
   explicit InsFilterWith(const GnssInsOptions& options)
       : options_(options), starter_(options), coarse_(options) {
@@ -49,7 +40,7 @@ class InsFilterWith final : public AnyInsFilter {
   }
 
   void start(const GnssInsStart& start) override {
-    if (!nav::plausible(start))
+    if (!plausible(start))
       return events_.note(start.nav.time,
                           "the given start is implausible: not finite, not on the Earth, faster "
                           "than 100 km/s, or of a negative standard deviation: it is not used");
@@ -67,13 +58,13 @@ class InsFilterWith final : public AnyInsFilter {
   Result<void> add(const ImuSample& sample) override {
     ImuSample s = sample;
     s.time += from_seconds(options_.imu_time_offset_s);
-    if (!nav::plausible(s))
-      return nav::refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
+    if (!plausible(s))
+      return refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
     const SampleClock::Verdict order = imu_clock_.check(s.time);
     if (order == SampleClock::Verdict::late) {
-      return nav::refused(ErrorCode::invalid, s.time,
-                          s.time == last_imu_->time ? "an inertial reading arrived twice"
-                                                    : "an inertial reading is out of order");
+      return refused(ErrorCode::invalid, s.time,
+                     s.time == last_imu_->time ? "an inertial reading arrived twice"
+                                               : "an inertial reading is out of order");
     }
     if (last_imu_ && order == SampleClock::Verdict::first) {
       events_.note(s.time, "the unit's clock was set back: reinitialising");
@@ -91,11 +82,7 @@ class InsFilterWith final : public AnyInsFilter {
     } else if (engine_ && is_gap(*last_imu_, s)) {
       events_.note(last_imu_->time, missing() + "bridged");
     }
-    if (gap_s > 0.0 && gap_s < 1.0) {
-      interval_s_ = interval_s_ == 0.0
-                        ? gap_s
-                        : 0.95 * interval_s_ + 0.05 * std::min(gap_s, 3.0 * interval_s_);
-    }
+    interval_.add(gap_s);
     if (!engine_) try_given_start(s);
     last_imu_ = s;
     if (seeks_start()) {
@@ -110,13 +97,11 @@ class InsFilterWith final : public AnyInsFilter {
   Result<void> add(const GnssFix& fix) override { return add_gnss(fix, seen_[1]); }
   Result<void> add(const WheelSpeed& wheels) override {
     if (!options_.odometer)
-      return nav::refused(ErrorCode::invalid, wheels.time,
-                          "wheel speeds need GnssInsOptions::odometer");
-    if (!nav::plausible(wheels))
-      return nav::refused(ErrorCode::invalid, wheels.time, "a wheel speed is implausible");
-    std::vector<LogTime>& seen = seen_[2];
-    const double since_s = seen.empty() ? 1.0 : to_seconds(wheels.time - seen.back());
-    if (!engine_ || (since_s > 0.0 && since_s < 0.095)) return {};
+      return refused(ErrorCode::invalid, wheels.time, "wheel speeds need GnssInsOptions::odometer");
+    if (!plausible(wheels))
+      return refused(ErrorCode::invalid, wheels.time, "a wheel speed is implausible");
+    ArrivalTimes& seen = seen_[2];
+    if (!engine_ || seen.follows_closely(wheels.time)) return {};
     if (auto in_time = accept(wheels.time, seen, "a wheel speed arrived twice"); !in_time)
       return in_time;
     insert(wheels);
@@ -128,31 +113,17 @@ class InsFilterWith final : public AnyInsFilter {
   [[nodiscard]] GnssInsPoint point() const override {
     return engine().view().point(options_.q_body_imu);
   }
-  [[nodiscard]] nav::EventLog& events() override { return events_; }
+  [[nodiscard]] EventLog& events() override { return events_; }
 
   void keep() override { history_.open(Duration::max() / 2); }
-  void smooth(nav::InsAdjoint& adjoint, const nav::SmoothedSink& sink) const override {
-    if (!adjoint.has_value()) adjoint = SmootherAdjoint<State>{};
-    history_.back(std::any_cast<SmootherAdjoint<State>&>(adjoint),
-                  [&](LogTime, const auto& smoothed) {
-                    const auto now = smoothed();
-                    sink(now.view().point(options_.q_body_imu),
-                         [&] { return now.view().estimate(options_.q_body_imu); });
-                    return true;
-                  });
+  void smooth(InsAdjoint& adjoint, const SmoothedSink& sink) const override {
+    history_.smooth(adjoint, options_.q_body_imu, sink);
   }
 
   [[nodiscard]] std::optional<GnssInsEstimate> lagged() const override {
     if (!engine_) return std::nullopt;
-    const LogTime wanted = engine_->time() - from_seconds(options_.smoothing_lag_s);
-    std::optional<GnssInsEstimate> found;
-    SmootherAdjoint<State> adjoint;
-    history_.back(adjoint, [&](LogTime time, const auto& smoothed) {
-      if (time > wanted) return true;
-      found = smoothed().view().estimate(options_.q_body_imu);
-      return false;
-    });
-    return found;
+    return history_.estimate(engine_->time() - from_seconds(options_.smoothing_lag_s),
+                             options_.q_body_imu);
   }
 
  private:
@@ -168,14 +139,13 @@ class InsFilterWith final : public AnyInsFilter {
   }
 
   template <class Gnss>
-  Result<void> add_gnss(const Gnss& m, std::vector<LogTime>& seen) {
-    if (!nav::plausible(m))
-      return nav::refused(ErrorCode::invalid, m.time, "no usable measurement");
+  Result<void> add_gnss(const Gnss& m, ArrivalTimes& seen) {
+    if (!plausible(m)) return refused(ErrorCode::invalid, m.time, "no usable measurement");
     if (!engine_) {
-      if (given_start_) return nav::refused(ErrorCode::not_found, m.time, "before the given start");
-      if (is_among(m.time, seen))
-        return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
-      seen.assign(1, m.time);
+      if (given_start_) return refused(ErrorCode::not_found, m.time, "before the given start");
+      if (seen.contains(m.time))
+        return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+      seen.restart(m.time);
       const auto start = find_start(m);
       if (start && last_imu_) begin(*start, *last_imu_);
       return {};
@@ -187,19 +157,14 @@ class InsFilterWith final : public AnyInsFilter {
     return {};
   }
 
-  [[nodiscard]] static bool is_among(LogTime time, const std::vector<LogTime>& times) {
-    return std::find(times.begin(), times.end(), time) != times.end();
-  }
-
   /// Errors: too late, far ahead, or among `seen`, to which it is added.
-  Result<void> accept(LogTime time, std::vector<LogTime>& seen, const char* twice) {
+  Result<void> accept(LogTime time, ArrivalTimes& seen, const char* twice) {
     const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
-    if (time < oldest) return nav::refused(ErrorCode::invalid, time, "too late");
-    if (is_among(time, seen)) return nav::refused(ErrorCode::invalid, time, twice);
+    if (time < oldest) return refused(ErrorCode::invalid, time, "too late");
+    if (seen.contains(time)) return refused(ErrorCode::invalid, time, twice);
     if (last_imu_ && time - last_imu_->time > from_seconds(60.0))
-      return nav::refused(ErrorCode::invalid, time, "far ahead of the inertial readings");
-    std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
-    seen.push_back(time);
+      return refused(ErrorCode::invalid, time, "far ahead of the inertial readings");
+    seen.add(time, oldest);
     return {};
   }
 
@@ -348,7 +313,7 @@ class InsFilterWith final : public AnyInsFilter {
   }
 
   [[nodiscard]] bool is_gap(const ImuSample& a, const ImuSample& b) const {
-    return interval_s_ > 0.0 && to_seconds(b.time - a.time) > std::max(3.0 * interval_s_, 0.02);
+    return interval_.is_gap(to_seconds(b.time - a.time));
   }
 
   void prune() {
@@ -372,14 +337,14 @@ class InsFilterWith final : public AnyInsFilter {
   SampleClock imu_clock_{1.0};
   /// Times of accepted ranges, fixes and wheel speeds, while they could still be replayed or start
   /// the filter.
-  std::array<std::vector<LogTime>, 3> seen_;
-  double interval_s_ = 0.0;
+  std::array<ArrivalTimes, 3> seen_;
+  ReadingInterval interval_;
   nav::MeasurementLog log_;
   std::size_t done_ = 0;
   std::deque<Snapshot> snapshots_;
   History history_;
   bool unmarked_ = false;
-  nav::EventLog events_;
+  EventLog events_;
 };
 
 }  // namespace wayfare::nav

@@ -5,21 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 #include <optional>
-#include <string>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Eigenvalues>
 
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 
+#include "nav/gnss_ins/arrivals.hpp"
 #include "nav/gnss_ins/coarse_start.hpp"
 #include "nav/gnss_ins/event_log.hpp"
 #include "nav/gnss_ins/ins_view.hpp"
+#include "nav/gnss_ins/on_earth.hpp"
 #include "nav/gnss_ins/phase_changes.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
 #include "nav/gnss_ins/wheel_updates.hpp"
@@ -27,25 +26,12 @@
 
 namespace wayfare::nav {
 
-/// Near the ground, and not where north and east are undefined.
-[[nodiscard]] inline bool is_on_earth(const Geodetic& p) {
-  return std::abs(p.latitude.degrees()) < 89.99 && std::abs(p.longitude.degrees()) <= 360.0 &&
-         p.height_m > -1e5 && p.height_m < 1e7;
-}
-
-[[nodiscard]] inline ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
-  const double k = to_seconds(at - a.time) / to_seconds(b.time - a.time);
-  return {at, (1.0 - k) * a.angular_rate_radps + k * b.angular_rate_radps,
-          (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
-}
-
 /// `Further`: blocks of the state besides those of InsState.
 template <class... Further>
 class InsEngine {
  public:
   using Filter = InsRangeFilter<Further...>;
   using State = typename Filter::State;
-  using View = InsView<State>;
 
   InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first)
       : options_(options),
@@ -118,7 +104,7 @@ class InsEngine {
     reopen(rates_rejected_since_, rates_in, rates, events);
     if constexpr (kPhases) phases_.keep(filter_, epoch);
     if (ranges_in < 4) return;
-    note_full_epoch();
+    full_epochs_.add(last_.time);
     if (rates_in >= 4) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
   }
 
@@ -144,7 +130,7 @@ class InsEngine {
           return AntennaPositionModel<double, kOffsets>{filter_.plane(), at, axis, lever, variance};
         });
     reopen(ranges_rejected_since_, position_in ? 1 : 0, 1, events);
-    if (position_in) note_full_epoch();
+    if (position_in) full_epochs_.add(last_.time);
     if (!fix.velocity_ned_mps) return;
     const bool velocity_in = update(
         Kind::velocity, fix.velocity_covariance_ned, [&](const Vector3d& axis, double variance) {
@@ -168,7 +154,7 @@ class InsEngine {
   /// Its steps are written to `tape` from now on; null: to none.
   void record_to(SmootherTape<State>* tape) { filter_.ekf().recorder().tape = tape; }
   /// The estimate.
-  [[nodiscard]] View view() const {
+  [[nodiscard]] InsView<State> view() const {
     return {last_.time, filter_.plane(), filter_.clock_anchor_m(), filter_.state(),
             filter_.covariance()};
   }
@@ -212,32 +198,10 @@ class InsEngine {
     set(kGyroScale, o.imu.gyro_scale.sigma);
     set(kAccelScale, o.imu.accel_scale.sigma);
     p.diagonal().template segment<2 + kOffsets>(kClock).setConstant(1e4);
-    if constexpr (kWheels) start_odometer(o, x, p);
+    if constexpr (kWheels) start_odometer(*o.odometer, x, p);
     const Vector3d lever = o.q_body_imu.inverse() * o.antenna_lever_arm_m;
-    return {start.nav.position,  0.0, x, p, InsNoise<double>(o.imu, o.clock), lever,
-            block<Further>(o)...};
-  }
-
-  static void start_odometer(const GnssInsOptions& options, State& x, typename Filter::Square& p) {
-    constexpr int k = State::template index<ins::Odometer<double>>();
-    const OdometerOptions& o = *options.odometer;
-    x.odometer.template tail<3>() = o.lever_arm_m;
-    const double direction = o.direction_sigma_rad * o.direction_sigma_rad;
-    const double lever = o.lever_arm_sigma_m * o.lever_arm_sigma_m;
-    p.diagonal().template segment<6>(k) << o.scale_sigma * o.scale_sigma, direction, direction,
-        lever, lever, lever;
-  }
-
-  /// A further block with its noise.
-  template <class Block>
-  static Block block(const GnssInsOptions& options) {
-    if constexpr (std::same_as<Block, ins::Odometer<double>>) {
-      typename Block::Value walk = Block::Value::Zero();
-      walk[0] = options.odometer->scale_walk_per_sqrt_s;
-      return Block(walk);
-    } else {
-      return {};
-    }
+    return {start.nav.position,          0.0, x, p, InsNoise<double>(o.imu, o.clock), lever,
+            further_block<Further>(o)...};
   }
 
   void forget_phases() {
@@ -320,13 +284,11 @@ class InsEngine {
   }
 
   void update_non_holonomic(EventLog& events) {
-    const double limit_s = std::max(0.3, 1.5 * epoch_interval_s_);
-    const bool with_satellites =
-        last_full_epoch_ && to_seconds(last_.time - *last_full_epoch_) < limit_s;
-    if constexpr (kWheels) {
-      return update_across(
-          with_satellites ? wheels_.cross_sigma_mps() : options_.non_holonomic_sigma_mps, events);
-    }
+    const bool with_satellites = full_epochs_.are_recent(last_.time);
+    if constexpr (kWheels)
+      return wheels_.update_across(filter_, with_satellites, [&](const ScalarUpdate<double>& u) {
+        record(events, Kind::constraint, {}, u);
+      });
     if (with_satellites) return;
     if (filter_.state().velocity_mps.norm() < 0.5) return;
     const double sigma = options_.non_holonomic_sigma_mps;
@@ -338,26 +300,6 @@ class InsEngine {
           options_.gate_sigma);
       record(events, Kind::constraint, {}, u);
     }
-  }
-
-  /// The axle does not move across the direction of travel.
-  void update_across(double sigma_mps, EventLog& events) {
-    if constexpr (kWheels) {
-      if (sigma_mps <= 0.0 || filter_.state().velocity_mps.norm() < 0.5) return;
-      for (int axis = 1; axis < 3; ++axis) {
-        const auto u =
-            filter_.ekf().update(wheels_.model(filter_, axis, 0.0, sigma_mps), options_.gate_sigma);
-        record(events, Kind::constraint, {}, u);
-      }
-    }
-  }
-
-  void note_full_epoch() {
-    if (last_full_epoch_) {
-      const double interval_s = to_seconds(last_.time - *last_full_epoch_);
-      epoch_interval_s_ += 0.1 * (std::min(interval_s, 2.0) - epoch_interval_s_);
-    }
-    last_full_epoch_ = last_.time;
   }
 
   void record(EventLog& events, Kind kind, SatelliteId id, const ScalarUpdate<double>& u) const {
@@ -395,8 +337,8 @@ class InsEngine {
   ImuSample last_;
   RecentReadings recent_;
   ZeroVelocityDetector zero_velocity_;
-  std::optional<LogTime> last_constraint_, last_full_epoch_;
-  double epoch_interval_s_ = 1.0;
+  std::optional<LogTime> last_constraint_;
+  FullEpochs full_epochs_;
   bool lost_ = false;
   ReceiverClocks clocks_;
   [[no_unique_address]] std::conditional_t<kPhases, PhaseChanges<Filter>, None> phases_;

@@ -2,10 +2,10 @@
 
 // What smoothing needs of the past: the filter's tape, and what its marks were relative to.
 
+#include <any>
 #include <chrono>
 #include <cstddef>
 #include <deque>
-#include <functional>
 #include <optional>
 #include <utility>
 
@@ -13,6 +13,7 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/filter/smoother.hpp>
 
+#include "nav/gnss_ins/any_filter.hpp"
 #include "nav/gnss_ins/ins_view.hpp"
 
 namespace wayfare::nav {
@@ -77,6 +78,29 @@ class InsHistory {
                             const SmootherAdjoint<State>& a) {
       const auto smoothed_here = [&] { return Smoothed{places_[i], smoothed<State>(filtered, a)}; };
       more = more && at_mark(places_[i].time, smoothed_here);
+    });
+  }
+
+  /// The smoothed estimate at the newest mark at or before `wanted`.
+  [[nodiscard]] std::optional<GnssInsEstimate> estimate(LogTime wanted,
+                                                        const SO3d& q_body_imu) const {
+    std::optional<GnssInsEstimate> found;
+    SmootherAdjoint<State> adjoint;
+    back(adjoint, [&](LogTime time, const auto& smoothed) {
+      if (time > wanted) return true;
+      found = smoothed().view().estimate(q_body_imu);
+      return false;
+    });
+    return found;
+  }
+
+  /// As AnyInsFilter::smooth.
+  void smooth(InsAdjoint& adjoint, const SO3d& q_body_imu, const SmoothedSink& sink) const {
+    if (!adjoint.has_value()) adjoint = SmootherAdjoint<State>{};
+    back(std::any_cast<SmootherAdjoint<State>&>(adjoint), [&](LogTime, const auto& smoothed) {
+      const auto now = smoothed();
+      sink(now.view().point(q_body_imu), [&] { return now.view().estimate(q_body_imu); });
+      return true;
     });
   }
 

@@ -64,8 +64,9 @@ struct InsView {
     variance.segment<3>(kAttitude) =
         (r * p.template block<3, 3>(kAttitude, kAttitude) * r.transpose()).diagonal();
     point.sigma = variance.cwiseMax(0.0).cwiseSqrt().template cast<float>();
-    point.imu_errors << x.gyro_bias_radps.template cast<float>(), x.accel_bias_mps2.template cast<float>(),
-        x.gyro_scale.template cast<float>(), x.accel_scale.template cast<float>();
+    point.imu_errors << x.gyro_bias_radps.template cast<float>(),
+        x.accel_bias_mps2.template cast<float>(), x.gyro_scale.template cast<float>(),
+        x.accel_scale.template cast<float>();
     point.clock_bias_m = clock_anchor_m + x.clock[0];
     point.clock_drift_mps = x.clock[1];
     return point;

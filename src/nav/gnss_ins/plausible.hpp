@@ -8,7 +8,7 @@
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 
-#include "nav/gnss_ins/ins_engine.hpp"
+#include "nav/gnss_ins/on_earth.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
 
 namespace wayfare::nav {

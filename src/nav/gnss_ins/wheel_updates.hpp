@@ -2,7 +2,7 @@
 
 // Updates by the speed of the wheels, which may slip.
 
-#include <algorithm>
+#include <concepts>
 #include <optional>
 
 #include <wayfare/nav/gnss_ins.hpp>
@@ -11,6 +11,29 @@
 
 namespace wayfare::nav {
 
+/// Initial values and variances of Odometer.
+template <class State>
+void start_odometer(const OdometerOptions& o, State& x, SquareOf<State>& p) {
+  constexpr int k = State::template index<ins::Odometer<double>>();
+  x.odometer.template tail<3>() = o.lever_arm_m;
+  const double direction = o.direction_sigma_rad * o.direction_sigma_rad;
+  const double lever = o.lever_arm_sigma_m * o.lever_arm_sigma_m;
+  p.diagonal().template segment<6>(k) << o.scale_sigma * o.scale_sigma, direction, direction, lever,
+      lever, lever;
+}
+
+/// A further block with its noise.
+template <class Block>
+[[nodiscard]] Block further_block(const GnssInsOptions& options) {
+  if constexpr (std::same_as<Block, ins::Odometer<double>>) {
+    typename Block::Value walk = Block::Value::Zero();
+    walk[0] = options.odometer->scale_walk_per_sqrt_s;
+    return Block(walk);
+  } else {
+    return {};
+  }
+}
+
 /// Wheels of a filter with Odometer.
 template <class Filter>
 class WheelUpdates {
@@ -18,6 +41,8 @@ class WheelUpdates {
   explicit WheelUpdates(const GnssInsOptions& options)
       : options_(options.odometer.value_or(OdometerOptions{})),
         reopen_s_(options.gate_reopen_s),
+        outage_sigma_mps_(options.non_holonomic_sigma_mps),
+        across_gate_sigma_(options.gate_sigma),
         body_unit_(options.q_body_imu.matrix()) {}
 
   /// Of the axle along `axis`: 0 forward, 1 to the right, 2 down.
@@ -47,12 +72,18 @@ class WheelUpdates {
     return true;
   }
 
-  /// σ of the velocity across, with satellites; zero: none.
-  [[nodiscard]] double cross_sigma_mps() const { return options_.cross_sigma_mps; }
+  /// The axle does not move across the direction of travel.
+  template <class Record>
+  void update_across(Filter& filter, bool with_satellites, const Record& record) const {
+    const double sigma_mps = with_satellites ? options_.cross_sigma_mps : outage_sigma_mps_;
+    if (sigma_mps <= 0.0 || filter.state().velocity_mps.norm() < 0.5) return;
+    for (int axis = 1; axis < 3; ++axis)
+      record(filter.ekf().update(model(filter, axis, 0.0, sigma_mps), across_gate_sigma_));
+  }
 
  private:
   OdometerOptions options_;
-  double reopen_s_;
+  double reopen_s_, outage_sigma_mps_, across_gate_sigma_;
   Eigen::Matrix3d body_unit_;
   std::optional<LogTime> slips_since_;
 };

@@ -49,7 +49,8 @@ struct Run {
         ranges(simulate_ranges(path, constellation, options.ranges, rng.stream(1))),
         filter(options.filter) {
     Rng start_noise = rng.stream(2);
-    if (filter.odometer) wheels = simulate_wheels(path, options.wheels, rng.stream(3)).readings;
+    if (filter.odometer)
+      wheels = simulate_wheel_speeds(path, options.wheels, rng.stream(3)).readings;
     filter.imu = options.imu.noise;
     filter.clock = options.ranges.clock;
     filter.q_body_imu = options.imu.q_body_imu;

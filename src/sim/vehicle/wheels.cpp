@@ -17,7 +17,7 @@ double forward_mps(const VehicleMotion& motion, const Eigen::Vector3d& lever_arm
 /// When wheels slip, and by which fraction of the speed.
 class Slips {
  public:
-  Slips(const WheelParams& params, const Rng& rng) : params_(params), rng_(rng) {}
+  Slips(const WheelSpeedParams& params, const Rng& rng) : params_(params), rng_(rng) {}
 
   /// The fraction over the next `seconds`; zero: none.
   double step(double seconds) {
@@ -34,19 +34,19 @@ class Slips {
   }
 
  private:
-  WheelParams params_;
+  WheelSpeedParams params_;
   Rng rng_;
   double left_s_ = 0.0, fraction_ = 0.0;
 };
 
 }  // namespace
 
-SimulatedWheels simulate_wheels(const VehicleTrajectory& trajectory, const WheelParams& params,
-                                const Rng& rng) {
+SimulatedWheelSpeeds simulate_wheel_speeds(const VehicleTrajectory& trajectory,
+                                           const WheelSpeedParams& params, const Rng& rng) {
   WAYFARE_EXPECTS(params.period > Duration::zero(), "wheels need a positive period");
   Rng white = rng.stream(0);
   Slips slips(params, rng.stream(1));
-  SimulatedWheels result;
+  SimulatedWheelSpeeds result;
   for (LogTime t = trajectory.begin(); t <= trajectory.end(); t += params.period) {
     const double slip = slips.step(to_seconds(params.period));
     double speed = (1.0 + params.scale) * (1.0 + slip) *
