@@ -40,7 +40,7 @@ void add_options(CommandLine& app, Options& o) {
   app.add_flag("--constraints", o.constraints,
                "with zero-velocity and non-holonomic constraints, the filter's default");
   app.add_flag("--smooth", o.smooth, "estimate each instant by all measurements");
-  app.add_flag("--wheels", o.wheels, "with wheel speeds: 1 % scale error, noise 0.1 m/s");
+  app.add_flag("--wheels", o.wheels, "with the speeds of wheels: 1 % scale error, noise 0.1 m/s");
   app.add_flag("--phases", o.phases, "with carrier phases: noise 3 mm, 10 cycle slips an hour");
   app.add_option("--out", o.out, "folder for report.html").shown_as("DIR");
   add_force_and_quiet(app, o);

@@ -248,11 +248,11 @@ int main(int argc, char** argv) {
       .range(0.0, 1e6)
       .show_default();
   app.add_flag("--wheels", o.wheels,
-               "wheel speeds, simulated along the reference: noise 0.03 m/s, steps of 0.02 m/s");
+               "with the speeds of wheels, simulated along the reference: noise 0.03 m/s, steps of "
+               "0.02 m/s");
   app.add_number("--wheel-scale", o.wheel_scale, -0.5, 0.5, "relative error of the wheels' speed");
-  app.add_flag(
-      "--phases", o.ranges.phases,
-      "the simulated or recorded ranges' carrier phases; simulated ones have 3 mm of noise");
+  app.add_flag("--phases", o.ranges.phases,
+               "with carrier phases, recorded or simulated: simulated ones have 3 mm of noise");
   app.add_flag("--smooth", o.smooth,
                "estimate each instant by all measurements, in outages of 30 s only");
   app.add_option("--left", o.left, "numbers of satellites that stay; else 0 to 4").expected(1, 5);

@@ -199,10 +199,10 @@ int main(int argc, char** argv) {
   app.add_file("--obs", o.obs, "raw observations, RINEX or UBX");
   app.add_file("--nav", o.nav, "broadcast messages, RINEX; several files allowed").expected(1, 8);
   app.add_file("--truth", o.truth, "positions of the antenna");
-  app.add_option("--truth-columns", o.truth_columns, "names of its columns");
+  app.add_option("--truth-columns", o.truth_columns, "comma-separated names of its columns, if it has none");
   app.add_option("--seed", o.seed, kSeedHelp).show_default();
   app.add_number("--cycle-slips", o.cycle_slips_per_hour, 0.0, 3600.0,
-                 "of a simulated satellite an hour, half of them announced");
+                 "slips of each satellite's phase an hour, half of them noticed by the receiver");
   app.add_number("--period", o.period_s, 0.05, 10.0, "between simulated epochs, s");
   app.add_number("--interval", o.interval_s, 0.0, 2.5,
                  "least time between epochs that are compared, s");

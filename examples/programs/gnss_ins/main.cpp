@@ -132,7 +132,7 @@ void add_files(CommandLine& app, NavFiles& files) {
       "NMEA, GPX");
   app.add_file(
       "--wheels", files.wheels,
-      "speeds of the wheels of an axle that does not steer: columns of time and speed_mps");
+      "with the speeds of wheels, of an axle that does not steer: columns of time and speed_mps");
   app.add_file("--truth", files.truth, "reference to compare with");
   add_vehicle_topics(app, files.topics);
 }
@@ -164,7 +164,7 @@ int main(int argc, char** argv) {
   app.add_flag("--no-constraints", o.no_constraints,
                "allow sideways and vertical motion in outages; standstill is still detected");
   app.add_flag("--phases", o.phases,
-               "use the carrier phases of --obs or --ranges: their change between epochs");
+               "with carrier phases, of --obs or --ranges: their change between epochs");
   app.add_flag("--smooth", o.smooth,
                "estimate each instant by all measurements, also those after it");
   o.formats.add_option(app);

@@ -62,7 +62,7 @@ void add_options(CommandLine& app, Options& o) {
 }
 
 void add_wheel_options(CommandLine& app, Options& o) {
-  app.add_flag("--wheels", o.wheels, "also wheels.txt, ten speeds a second");
+  app.add_flag("--wheels", o.wheels, "with the speeds of wheels, ten a second: wheels.txt");
   app.add_number("--wheel-scale", o.wheel.scale, -0.5, 0.5, "relative error of the wheels' speed");
   app.add_number("--wheel-sigma", o.wheel.sigma_mps, 0.0, 100.0, "noise of their speed, m/s");
   app.add_number("--wheel-resolution", o.wheel.resolution_mps, 0.0, 100.0,
@@ -71,9 +71,9 @@ void add_wheel_options(CommandLine& app, Options& o) {
                  "how often an hour they spin or lock, for 1 s and by 20 % on average");
   app.add_option("--axle", o.axle_m, "from the unit to the axle: forward, right, down, m")
       .expected(3);
-  app.add_flag("--phases", o.phases, "ranges.txt also has carrier phases, with 3 mm of noise");
+  app.add_flag("--phases", o.phases, "with carrier phases, with 3 mm of noise: ranges.txt");
   app.add_number("--cycle-slips", o.cycle_slips_per_hour, 0.0, 3600.0,
-                 "slips of each satellite's phase an hour, half of them announced");
+                 "slips of each satellite's phase an hour, half of them noticed by the receiver");
 }
 
 void add_sensor_options(CommandLine& app, Options& o) {
