@@ -186,7 +186,6 @@ Result<std::string> updated_nav_config(const std::string& path, const NavConfig&
 std::string default_nav_config() {
   NavConfig c;
   c.filter.odometer.emplace();
-  c.filter.carrier_phase.emplace();
   Json json;
   json["imu"] = {{"columns", Json::array()}, {"skip_lines", 0}};
   for (const char* name : {"imu_clock", "ranges", "fixes", "wheels", "truth"})
@@ -196,6 +195,7 @@ std::string default_nav_config() {
                   {"velocity_late_s", 0.0}};
   fill_filter(json, c);
   json["start"] = nullptr;
+  json["carrier_phase"] = nullptr;
   return json.dump(2) + "\n";
 }
 
