@@ -6,5 +6,7 @@
 #include <wayfare/nav/corridor_ins.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
+#include <wayfare/nav/odometer.hpp>
 #include <wayfare/nav/outage.hpp>
+#include <wayfare/nav/phase_change.hpp>
 #include <wayfare/nav/travel_direction.hpp>

@@ -75,6 +75,10 @@ class Corrector {
     }
     range.range_m = o.pseudorange_m + kSpeedOfLight_mps * (state.clock_s - *delay_s) -
                     air.delay_m;  // NaN stays NaN
+    range.phase_m = o.carrier_cycles * kSpeedOfLight_mps / carrier +
+                    kSpeedOfLight_mps * state.clock_s - (air.delay_m - 2.0 * air.ionosphere_m);
+    range.phase_interrupted = o.phase_interrupted;
+    range.phase_sigma_m = options_.sigma.phase_m(sight.elevation_rad);
     range.range_rate_mps =
         -o.doppler_hz * kSpeedOfLight_mps / carrier + kSpeedOfLight_mps * state.clock_drift;
     range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz, air.sigma_m);
@@ -84,8 +88,9 @@ class Corrector {
 
  private:
   struct Air {
-    double delay_m = 0.0;
-    double sigma_m = 0.0;  ///< of the ionosphere after correction
+    double delay_m = 0.0;       ///< of the code
+    double ionosphere_m = 0.0;  ///< part of it, by which the phase is advanced
+    double sigma_m = 0.0;       ///< of the ionosphere after correction
   };
 
   [[nodiscard]] std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const {
@@ -131,6 +136,7 @@ class Corrector {
     if (options_.ionosphere) {
       result.delay_m = ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time_,
                                           near_, sight, carrier_hz);
+      result.ionosphere_m = result.delay_m;
       result.sigma_m = result.delay_m * (broadcast ? options_.sigma.ionosphere_fraction
                                                    : options_.sigma.nominal_ionosphere_fraction);
     }
@@ -161,6 +167,11 @@ double RangeSigmaModel::rate_mps(double elevation_rad, double cn0_dbhz) const {
   return scale * std::sqrt(rate_floor_mps * rate_floor_mps +
                            variable_part(rate_elevation_mps, rate_signal_mps, decade_dbhz,
                                          elevation_rad, cn0_dbhz));
+}
+
+double RangeSigmaModel::phase_m(double elevation_rad) const {
+  return scale *
+         std::hypot(phase_floor_m, phase_elevation_m / std::max(std::sin(elevation_rad), 0.05));
 }
 
 KlobucharModel nominal_ionosphere() {

@@ -193,6 +193,44 @@ TEST(RangesText, RoundTrip) {
   }
 }
 
+TEST(RangesText, PhasesAreWrittenWhereThereAreAny) {
+  std::vector<RangeEpoch> epochs(1);
+  epochs[0].satellites.resize(2);
+  epochs[0].satellites[0].satellite = {GnssSystem::gps, 1};
+  epochs[0].satellites[1].satellite = {GnssSystem::gps, 2};
+  EXPECT_EQ(format_ranges(epochs).find("phase"), std::string::npos);
+  CorrectedRange& s = epochs[0].satellites[1];
+  s.phase_m = 2.1234567891234e7, s.phase_sigma_m = 0.004, s.phase_interrupted = true;
+  const auto file = parse_ranges(format_ranges(epochs), "ranges");
+  ASSERT_TRUE(file) << file.error().to_string();
+  const auto& back = file->epochs[0].satellites;
+  EXPECT_TRUE(std::isnan(back[0].phase_m));
+  EXPECT_FALSE(back[0].phase_interrupted);
+  EXPECT_EQ(back[1].phase_m, s.phase_m);
+  EXPECT_EQ(back[1].phase_sigma_m, s.phase_sigma_m);
+  EXPECT_TRUE(back[1].phase_interrupted);
+}
+
+TEST(WheelsText, RoundTripAndBadLines) {
+  const std::vector<WheelSpeed> readings = {{LogTime::from_seconds(1.5), 12.345678901234567},
+                                            {LogTime::from_seconds(1.6), -0.1}};
+  const auto file = parse_wheels(format_wheels(readings), "wheels");
+  ASSERT_TRUE(file) << file.error().to_string();
+  ASSERT_EQ(file->readings.size(), 2U);
+  EXPECT_EQ(file->readings[0].time, readings[0].time);
+  EXPECT_EQ(file->readings[0].speed_mps, readings[0].speed_mps);
+  EXPECT_EQ(file->readings[1].speed_mps, readings[1].speed_mps);
+  const auto kmh = parse_wheels("t_s speed_kmh\n1 36\n2 nan\n3 inf\n4 x\n5 1e9\n", "wheels");
+  ASSERT_TRUE(kmh) << kmh.error().to_string();
+  ASSERT_EQ(kmh->readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(kmh->readings[0].speed_mps, 10.0);
+  EXPECT_EQ(kmh->problems.count(), 4U);
+  EXPECT_EQ(kmh->problems.first().front().line, 3U);
+  const auto none = parse_wheels("t_s velocity\n1 2\n", "wheels.csv");
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().to_string().find("wheels.csv"), std::string::npos);
+}
+
 TEST(RangesText, OneBadSatelliteAffectsItsLineOnly) {
   const std::string names = "t_s sat x_m y_m z_m vx_mps vy_mps vz_mps range_m range_sigma_m\n";
   const auto file = parse_ranges(names +

@@ -45,6 +45,28 @@ TEST(UbxObservations, OneSignalOfEachSatellite) {
   EXPECT_EQ(epoch.satellites[3].carrier_hz, carrier::kB1I);
 }
 
+TEST(UbxObservations, LockTimesTellInterruptedPhases) {
+  auto all = decode::sample_measurements();
+  all.resize(1);
+  std::string bytes;
+  const auto add = [&](double time_s, double lock_s, bool resolved) {
+    all[0].lock_time_s = lock_s, all[0].half_cycle_resolved = resolved;
+    bytes += as_text(decode::rawx({time_s, 2200, 18, true, false}, all));
+  };
+  add(100.0, 64.5, true);  // the first: nothing before it
+  add(101.0, 64.5, true);  // tracked
+  add(102.0, 0.4, true);   // lost and found within the second
+  add(103.0, 1.4, true);   // tracked
+  add(104.0, 2.4, false);  // half cycles unknown
+  add(114.0, 9.9, true);   // lost in the gap
+  const auto file = parse_observations(bytes, "x.ubx");
+  ASSERT_TRUE(file) << file.error().to_string();
+  const std::vector<bool> expected = {true, false, true, false, true, true};
+  ASSERT_EQ(file->epochs.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_EQ(file->epochs[i].satellites[0].phase_interrupted, expected[i]) << i;
+}
+
 TEST(UbxObservations, StreamsWithoutRangesAreNamed) {
   const auto file = parse_observations(
       as_text(decode::ubx(decode::UbxId::nav_pvt, decode::UbxBytes(92))), "pvt.ubx");

@@ -81,6 +81,30 @@ TEST(RinexObservations, Version2WithContinuationLines) {
   EXPECT_DOUBLE_EQ(p2.carrier_cycles, 9e7 + 1);
 }
 
+// The digit after a phase: bit 0 loss of lock, bit 1 half cycles unknown, bit 2 not of interest.
+TEST(RinexObservations, LossOfLockIndicators) {
+  const std::string header =
+      "     3.04           OBSERVATION DATA    G: GPS              RINEX VERSION / TYPE\n"
+      "G    2 C1C L1C                                              SYS / # / OBS TYPES\n"
+      "                                                            END OF HEADER\n";
+  std::string text = header;
+  const std::string indicators = " 0123457";
+  text += "> 2019  4 28 12 44 30.0000000  0  8\n";
+  for (std::size_t i = 0; i < indicators.size(); ++i)
+    text += "G0" + std::to_string(i + 1) + "  21600712.022   113512506.876" + indicators[i] + "7\n";
+  text += "> 2019  4 28 12 44 31.0000000  1  1\nG01  21600712.022   113512506.876\n";
+  const RinexObservations file = observations(text);
+  ASSERT_EQ(file.epochs.size(), 2U);
+  ASSERT_EQ(file.epochs[0].satellites.size(), 8U);
+  const std::vector<bool> expected = {false, false, true, true, true, false, true, true};
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_EQ(file.epochs[0].satellites[i].phase_interrupted, expected[i]) << indicators[i];
+    EXPECT_DOUBLE_EQ(file.epochs[0].satellites[i].carrier_cycles, 113512506.876);
+  }
+  // After a power failure all phases begin anew.
+  EXPECT_TRUE(file.epochs[1].satellites[0].phase_interrupted);
+}
+
 TEST(RinexObservations, TimeSystems) {
   const std::string text = rinex_3_observations();
   const Time<GpsClock> t = gps(12, 44, Duration(33997000000));

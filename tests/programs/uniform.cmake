@@ -8,7 +8,7 @@ set(different --base-frame --baud --beams --calibration --config --each --farthe
     --forward --frames --gyro-bias --heading --imu --imu-rate --kernel --max-range --min-range --nav
     --no-magnetometer --no-odometry --obs --only --out --outage --particles --period --port
     --pressure-drift --pressure-noise --print-config --rate --runs --satellites --seconds --seeds
-    --sensors --simulated --speed --start --system --truth --way --world --write)
+    --sensors --simulated --speed --start --system --truth --way --wheels --world --write)
 
 function(fail text)
   message(SEND_ERROR "${text}")

@@ -22,7 +22,7 @@ struct Options : OutputArguments {
   std::uint64_t seed = 1;
   double imu_rate_hz = 100.0, correlated_share = 0.0, correlated_tau_s = 100.0;
   int threads = 1, rounds = 0;
-  bool constraints = false, smooth = false, as_white = false;
+  bool constraints = false, smooth = false, as_white = false, wheels = false, phases = false;
 };
 
 void add_options(CommandLine& app, Options& o) {
@@ -44,6 +44,8 @@ void add_options(CommandLine& app, Options& o) {
   app.add_flag("--constraints", o.constraints,
                "with zero-velocity and non-holonomic constraints, the filter's default");
   app.add_flag("--smooth", o.smooth, "estimate each instant by all measurements");
+  app.add_flag("--wheels", o.wheels, "with the speeds of wheels: 1 % scale error, noise 0.1 m/s");
+  app.add_flag("--phases", o.phases, "with carrier phases: noise 3 mm, 10 cycle slips an hour");
   app.add_option("--out", o.out, "folder for report.html").shown_as("DIR");
   add_force_and_quiet(app, o);
   add_json(app, o);
@@ -184,6 +186,15 @@ Result<void> run(const Options& o) {
   options.ranges.correlated_tau_s = o.correlated_tau_s;
   if (!o.as_white) options.filter.correlated = {o.correlated_share, o.correlated_tau_s, 1e9};
   options.smooth = o.smooth;
+  if (o.wheels) {
+    options.filter.odometer.emplace();
+    options.wheels.sigma_mps = options.filter.odometer->speed_sigma_mps;
+    options.wheels.resolution_mps = 0.0;
+  }
+  if (o.phases) {
+    options.filter.carrier_phase.emplace();
+    options.ranges.phases.emplace().slips_per_satellite_hour = 10.0;
+  }
   options.threads = o.threads;
   ProgressLine progress("driving", o.quiet);
   const auto courses = sim::ins_monte_carlo(

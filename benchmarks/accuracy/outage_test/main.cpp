@@ -30,7 +30,9 @@ struct Options : OutputArguments {
   std::size_t places = 10;
   double first_s = 0.0;
   int threads = 1;
-  bool simulated = false, smooth = false;
+  bool simulated = false, smooth = false, wheels = false;
+  double wheel_scale = 0.01;
+  std::vector<double> left;
 };
 
 NavTrajectory antenna_track(const std::vector<GnssInsPoint>& points,
@@ -113,11 +115,12 @@ Result<OutageVariant> run_variant(const std::string& name, const KnownDrive& dri
 }
 
 std::string description_of(const Options& o, const KnownDrive& drive) {
-  const std::string ranges = std::to_string(o.ranges.satellites) + " satellites, " +
-                             eval::fixed(o.ranges.range_sigma_m, 1) + " m, " +
-                             eval::fixed(o.ranges.rate_sigma_mps, 2) + " m/s, every " +
-                             eval::fixed(o.ranges.period_s, 2) + " s, seed " +
-                             std::to_string(o.ranges.seed);
+  const std::string ranges =
+      std::to_string(o.ranges.satellites) + " satellites, " +
+      eval::fixed(o.ranges.range_sigma_m, 1) + " m, " + eval::fixed(o.ranges.rate_sigma_mps, 2) +
+      " m/s, every " + eval::fixed(o.ranges.period_s, 2) + " s, seed " +
+      std::to_string(o.ranges.seed) + (o.ranges.phases ? ", carrier phases" : "") +
+      (o.wheels ? ", simulated wheels" : "");
   const std::string constraints =
       " Constraints: wheels do not move sideways; standstill is detected with and without them.";
   if (o.simulated)
@@ -131,11 +134,21 @@ std::string description_of(const Options& o, const KnownDrive& drive) {
          constraints;
 }
 
-Result<KnownDrive> drive_of(const Options& o) {
+/// With the sensors that the options ask for.
+Result<KnownDrive> recorded_or_simulated(const Options& o) {
   if (o.simulated) return simulated_drive(o.ranges);
   const auto config = read_nav_config(o.config);
   if (!config) return config.error();
   return recorded_drive(o.files, *config, o.ranges);
+}
+
+Result<KnownDrive> drive_of(Options& o) {
+  if (o.wheels) o.ranges.wheels.emplace().scale = o.wheel_scale;
+  auto drive = recorded_or_simulated(o);
+  if (!drive) return drive;
+  if (o.wheels && !drive->options.odometer) drive->options.odometer.emplace();
+  if (o.ranges.phases && !drive->options.carrier_phase) drive->options.carrier_phase.emplace();
+  return drive;
 }
 
 /// Distributed over the drive after the filter has settled.
@@ -144,6 +157,9 @@ Result<OutagePlan> plan_of(const Options& o, const KnownDrive& drive) {
   plan.threads = o.threads;
   // What is smoothed depends on the end of the outage.
   if (o.smooth) plan.durations = {plan.durations.back()};
+  if (!o.left.empty()) plan.satellites_left.clear();
+  for (const double n : o.left)
+    plan.satellites_left.push_back(static_cast<std::size_t>(std::max(n, 0.0)));
   const LogTime begin = drive.recording.imu.front().time;
   const LogTime end = std::min(drive.recording.imu.back().time, drive.recording.ranges.back().time);
   const LogTime first = begin + from_seconds(o.first_s);
@@ -154,7 +170,7 @@ Result<OutagePlan> plan_of(const Options& o, const KnownDrive& drive) {
   return plan;
 }
 
-Result<void> run(const Options& o) {
+Result<void> run(Options& o) {
   if (!o.simulated && (o.files.imu.empty() || o.files.truth.empty()))
     return bad_use("a recorded drive needs --imu and --truth; or --simulated");
   if (auto ready = o.prepare({"outages.txt", "report.html"}); !ready) return ready;
@@ -231,8 +247,15 @@ int main(int argc, char** argv) {
   app.add_option("--first", o.first_s, "the first start time, s after the first sample")
       .range(0.0, 1e6)
       .show_default();
+  app.add_flag("--wheels", o.wheels,
+               "with the speeds of wheels, simulated along the reference: noise 0.03 m/s, steps of "
+               "0.02 m/s");
+  app.add_number("--wheel-scale", o.wheel_scale, -0.5, 0.5, "relative error of the wheels' speed");
+  app.add_flag("--phases", o.ranges.phases,
+               "with carrier phases, recorded or simulated: simulated ones have 3 mm of noise");
   app.add_flag("--smooth", o.smooth,
                "estimate each instant by all measurements, in outages of 30 s only");
+  app.add_option("--left", o.left, "numbers of satellites that stay; else 0 to 4").expected(1, 5);
   app.add_option("--threads", o.threads, kThreadsHelp).range(1, 256).show_default();
   add_force_and_quiet(app, o);
   add_json(app, o);

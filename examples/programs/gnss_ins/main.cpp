@@ -26,7 +26,7 @@ struct Options : OutputArguments {
   TrackFormats formats;
   std::string config, outages;
   double rate_hz = 0.0;
-  bool no_constraints = false, smooth = false, dry_run = false, check = false;
+  bool no_constraints = false, phases = false, smooth = false, dry_run = false, check = false;
   std::vector<std::string> columns, filter;
 };
 
@@ -58,6 +58,9 @@ Result<Doubt> run(const Options& o) {
     return Doubt{};
   }
   if (o.out.empty()) return bad_use("--out is required");
+  if (o.files.wheels.empty()) config->filter.odometer.reset();
+  if (!o.files.wheels.empty() && !config->filter.odometer) config->filter.odometer.emplace();
+  if (o.phases && !config->filter.carrier_phase) config->filter.carrier_phase.emplace();
   if (o.check) return check(o, *config);
   if (o.no_constraints) config->filter.non_holonomic_in_outage = false;
   auto outages = parse_outages(o.outages);
@@ -128,6 +131,9 @@ void add_files(CommandLine& app, NavFiles& files) {
       "--fixes", files.fixes,
       "positions and velocities, for loose coupling: columns, RTKLIB's .pos, UBX (NAV-PVT), "
       "NMEA, GPX");
+  app.add_file(
+      "--wheels", files.wheels,
+      "with the speeds of wheels, of an axle that does not steer: columns of time and speed_mps");
   app.add_file("--truth", files.truth, "reference to compare with");
   add_vehicle_topics(app, files.topics);
 }
@@ -143,9 +149,10 @@ int main(int argc, char** argv) {
   Options o;
   add_files(app, o.files);
   app.add_file("--config", o.config, "JSON description of the recording; see --print-config");
-  app.add_option("--column", o.columns,
-                 "FILE:NAME=COLUMN, a column of a foreign file by heading or number: "
-                 "imu:gx_degps=\"Gyro X\"; FILE is imu, imu2, imu_clock, ranges, fixes or truth")
+  app.add_option(
+         "--column", o.columns,
+         "FILE:NAME=COLUMN, a column of a foreign file by heading or number: "
+         "imu:gx_degps=\"Gyro X\"; FILE is imu, imu2, imu_clock, ranges, fixes, wheels or truth")
       .take_all();
   app.add_option("--filter", o.filter,
                  "NAME=VALUE, an option in \"filter\" of --print-config, such as "
@@ -161,6 +168,8 @@ int main(int argc, char** argv) {
                  "lines per second of trajectory.txt; 0: rate of the unit");
   app.add_flag("--no-constraints", o.no_constraints,
                "allow sideways and vertical motion in outages; standstill is still detected");
+  app.add_flag("--phases", o.phases,
+               "with carrier phases, of --obs or --ranges: their change between epochs");
   app.add_flag("--smooth", o.smooth,
                "estimate each instant by all measurements, also those after it");
   o.formats.add_option(app);
@@ -178,6 +187,8 @@ int main(int argc, char** argv) {
               "how the columns of a foreign file are understood");
   app.example("--imu imu.txt --obs rover.obs --nav brdc.nav --config drive.json --out run",
               "a recorded drive");
+  app.example("--imu imu.txt --ranges ranges.txt --wheels wheels.txt --phases --out run",
+              "with the speed of the wheels and carrier phases");
   app.example("--check --imu imu.txt --ranges ranges.txt --out checked",
               "what is wrong with a drive, and its description in checked/found.json");
   if (const auto code = app.parse(argc, argv)) return *code;

@@ -30,13 +30,16 @@ struct Options : OutputArguments {
   std::vector<std::string> outages;
   TrackFormats formats;
   double start_s = 0.0;
-  bool perfect_unit = false;
+  bool perfect_unit = false, wheels = false, phases = false;
+  double slips_per_hour = 0.0, cycle_slips_per_hour = 0.0;
+  std::vector<double> axle_m = {0.0, 0.0, 0.0};
+  sim::WheelSpeedParams wheel;
   sim::ImuParams imu;
   sim::RangeParams ranges;
 };
 
 void add_options(CommandLine& app, Options& o) {
-  add_out(app, o, "folder for imu.txt, ranges.txt and truth.txt");
+  add_out(app, o, "folder for imu.txt, ranges.txt, truth.txt and wheels.txt");
   app.add_option("--track", o.track,
                  "follow this recorded solution (navigation text, RTKLIB's .pos, GPX, NMEA or UBX) "
                  "instead of the "
@@ -56,6 +59,21 @@ void add_options(CommandLine& app, Options& o) {
                  "of the built-in drive: seconds of GPS time since 1980-01-06");
   o.formats.add_option(app);
   add_force_and_quiet(app, o);
+}
+
+void add_wheel_options(CommandLine& app, Options& o) {
+  app.add_flag("--wheels", o.wheels, "with the speeds of wheels, ten a second: wheels.txt");
+  app.add_number("--wheel-scale", o.wheel.scale, -0.5, 0.5, "relative error of the wheels' speed");
+  app.add_number("--wheel-sigma", o.wheel.sigma_mps, 0.0, 100.0, "noise of their speed, m/s");
+  app.add_number("--wheel-resolution", o.wheel.resolution_mps, 0.0, 100.0,
+                 "their speed is a multiple of this, m/s; 0: any number");
+  app.add_number("--wheel-slips", o.slips_per_hour, 0.0, 3600.0,
+                 "how often an hour they spin or lock, for 1 s and by 20 % on average");
+  app.add_option("--axle", o.axle_m, "from the unit to the axle: forward, right, down, m")
+      .expected(3);
+  app.add_flag("--phases", o.phases, "with carrier phases, with 3 mm of noise: ranges.txt");
+  app.add_number("--cycle-slips", o.cycle_slips_per_hour, 0.0, 3600.0,
+                 "slips of each satellite's phase an hour, half of them noticed by the receiver");
 }
 
 void add_sensor_options(CommandLine& app, Options& o) {
@@ -126,6 +144,9 @@ Result<void> complete(Options& o, LogTime start) {
     o.imu.noise = config->filter.imu;
     o.ranges.clock = config->filter.clock;
   }
+  o.wheel.slips_per_hour = o.slips_per_hour;
+  o.wheel.lever_arm_m = {o.axle_m[0], o.axle_m[1], o.axle_m[2]};
+  if (o.phases) o.ranges.phases.emplace().slips_per_satellite_hour = o.cycle_slips_per_hour;
   o.imu.period = from_seconds(1.0 / o.imu_rate_hz);
   if (o.perfect_unit) o.imu.noise = sim::perfect_imu();
   o.ranges.period = from_seconds(1.0 / o.range_rate_hz);
@@ -141,9 +162,16 @@ Result<void> complete(Options& o, LogTime start) {
   return {};
 }
 
+Result<void> write_wheels(const sim::VehicleTrajectory& trajectory, const Options& o,
+                          const Rng& rng) {
+  const auto wheels = sim::simulate_wheel_speeds(trajectory, o.wheel, rng);
+  return io::write_wheels(o.path("wheels.txt"), wheels.readings, o.write());
+}
+
 Result<void> run(Options& o) {
-  if (auto ready = o.prepare(o.formats.with_files({"imu.txt", "ranges.txt", "truth.txt"})); !ready)
-    return ready;
+  std::vector<std::string> files = {"imu.txt", "ranges.txt", "truth.txt"};
+  if (o.wheels) files.emplace_back("wheels.txt");
+  if (auto ready = o.prepare(o.formats.with_files(files)); !ready) return ready;
   const auto trajectory = load_trajectory(o);
   if (!trajectory) return trajectory.error();
   if (auto ok = complete(o, trajectory->begin()); !ok) return ok;
@@ -153,10 +181,12 @@ Result<void> run(Options& o) {
       sim::simulate_ranges(*trajectory, sim::gps_and_galileo(), o.ranges, rng.stream(1));
   NavTrajectory truth;
   for (const ImuSample& s : imu.samples) truth.push_back(trajectory->state(s.time));
-  const auto done = first_error({io::write_imu(o.path("imu.txt"), imu.samples, o.write()),
-                                 io::write_ranges(o.path("ranges.txt"), ranges.epochs, o.write()),
-                                 io::write_nav(o.path("truth.txt"), truth, o.write()),
-                                 write_track_files(o, o.formats, truth)});
+  const auto done =
+      first_error({io::write_imu(o.path("imu.txt"), imu.samples, o.write()),
+                   io::write_ranges(o.path("ranges.txt"), ranges.epochs, o.write()),
+                   io::write_nav(o.path("truth.txt"), truth, o.write()),
+                   o.wheels ? write_wheels(*trajectory, o, rng.stream(2)) : Result<void>{},
+                   write_track_files(o, o.formats, truth)});
   if (done && !o.quiet)
     std::printf("%s: %zu inertial readings, %zu range epochs, %.1f s\n", o.out.c_str(),
                 imu.samples.size(), ranges.epochs.size(),
@@ -171,6 +201,7 @@ int main(int argc, char** argv) {
   Options options;
   add_options(app, options);
   add_sensor_options(app, options);
+  add_wheel_options(app, options);
   app.example("--out drive", "a drive of 310 s");
   app.example("--route town --outage 60:20 --out drive",
               "a drive in a town without satellites from 60 s to 80 s");

@@ -162,6 +162,16 @@ std::string show(const std::string& path, const io::ClockFile& file) {
              });
 }
 
+std::string show(const std::string& path, const io::WheelsFile& file) {
+  return heading_of("wheel speeds", path, file.readings.size(), file.problems) +
+         columns_of(file.columns) +
+         rows_of(
+             file.readings, {{"speed", "m/s"}}, [](const auto& reading) { return reading.time; },
+             [](const auto& reading) {
+               return Cells{{reading.speed_mps, 3}};
+             });
+}
+
 std::string show(const std::string& path, const io::RangesFile& file) {
   return heading_of("range epochs", path, file.epochs.size(), file.problems) +
          columns_of(file.columns) +
@@ -207,6 +217,8 @@ Result<std::string> dry_run(const NavFiles& files, const NavConfig& config) {
   if (!files.fixes.empty())
     append(files.fixes, ros::read_fixes(files.fixes, config.fixes.format, files.topics), text,
            good);
+  if (!files.wheels.empty())
+    append(files.wheels, io::read_wheels(files.wheels, config.wheels.format), text, good);
   if (!files.truth.empty())
     append(files.truth, io::read_nav(files.truth, config.truth.format), text, good);
   if (!good) {

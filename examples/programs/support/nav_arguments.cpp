@@ -41,6 +41,7 @@ Result<void> choose_columns(const std::vector<std::string>& texts, NavConfig& co
   const std::map<std::string, io::NavFileFormat*> files = {{"imu_clock", &config.imu_clock},
                                                            {"ranges", &config.ranges},
                                                            {"fixes", &config.fixes},
+                                                           {"wheels", &config.wheels},
                                                            {"truth", &config.truth}};
   for (const std::string& text : texts) {
     const std::size_t colon = text.find(':'), equal = text.find('=', colon);
@@ -56,7 +57,7 @@ Result<void> choose_columns(const std::vector<std::string>& texts, NavConfig& co
         equal + 1 == text.size() || format == nullptr)
       return bad_use(
           "--column must be FILE:NAME=COLUMN with FILE imu, imu2, imu_clock, ranges, "
-          "fixes or truth, not '" +
+          "fixes, wheels or truth, not '" +
           text + "'");
     format->format.choices.push_back(
         {text.substr(colon + 1, equal - colon - 1), text.substr(equal + 1)});

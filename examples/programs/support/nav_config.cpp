@@ -108,6 +108,9 @@ void fill_filter(Json& json, NavConfig& c) {
   fill(json, general_keys(c));
   fill(json["imu_noise"], imu_noise_keys(c.filter.imu));
   fill(json["filter"], filter_keys(c.filter));
+  if (c.filter.odometer) fill(json["odometer"], odometer_keys(*c.filter.odometer));
+  if (c.filter.carrier_phase)
+    fill(json["carrier_phase"], carrier_phase_keys(*c.filter.carrier_phase));
 }
 
 }  // namespace
@@ -117,8 +120,11 @@ Result<NavConfig> parse_nav_config(const std::string& text, const std::string& s
   const Json json = Json::parse(text, nullptr, false, true);
   if (!json.is_object()) return reader.error("expected a JSON object of options");
   NavConfig c;
-  const std::map<std::string, io::NavFileFormat*> files = {
-      {"imu_clock", &c.imu_clock}, {"ranges", &c.ranges}, {"fixes", &c.fixes}, {"truth", &c.truth}};
+  const std::map<std::string, io::NavFileFormat*> files = {{"imu_clock", &c.imu_clock},
+                                                           {"ranges", &c.ranges},
+                                                           {"fixes", &c.fixes},
+                                                           {"wheels", &c.wheels},
+                                                           {"truth", &c.truth}};
   for (const auto& [key, value] : json.items()) {
     Result<void> done;
     if (key == "note") {
@@ -133,6 +139,12 @@ Result<NavConfig> parse_nav_config(const std::string& text, const std::string& s
       done = reader.section(imu_noise_keys(c.filter.imu), key, value);
     } else if (key == "filter") {
       done = reader.section(filter_keys(c.filter), key, value);
+    } else if (key == "odometer") {
+      if (!value.is_null())
+        done = reader.section(odometer_keys(c.filter.odometer.emplace()), key, value);
+    } else if (key == "carrier_phase") {
+      if (!value.is_null())
+        done = reader.section(carrier_phase_keys(c.filter.carrier_phase.emplace()), key, value);
     } else {
       done = reader.take(general_keys(c), key, value);
     }
@@ -192,15 +204,17 @@ Result<std::string> updated_nav_config(const std::string& path, const NavConfig&
 
 std::string default_nav_config() {
   NavConfig c;
+  c.filter.odometer.emplace();
   Json json;
   json["imu"] = {{"columns", Json::array()}, {"skip_lines", 0}};
-  for (const char* name : {"imu_clock", "ranges", "fixes", "truth"})
+  for (const char* name : {"imu_clock", "ranges", "fixes", "wheels", "truth"})
     json[name] = {{"columns", Json::array()},
                   {"skip_lines", 0},
                   {"leap_seconds", 18},
                   {"velocity_late_s", 0.0}};
   fill_filter(json, c);
   json["start"] = nullptr;
+  json["carrier_phase"] = nullptr;
   return json.dump(2) + "\n";
 }
 

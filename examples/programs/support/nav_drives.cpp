@@ -13,6 +13,7 @@ namespace {
 // Separate random streams, so that ranges and readings are independent.
 constexpr std::uint64_t kRangeStream = 1;
 constexpr std::uint64_t kImuStream = 2;
+constexpr std::uint64_t kWheelStream = 3;
 
 std::vector<RangeEpoch> ranges_along(const sim::VehicleTrajectory& trajectory,
                                      const RangeSimulation& ranges,
@@ -23,9 +24,19 @@ std::vector<RangeEpoch> ranges_along(const sim::VehicleTrajectory& trajectory,
   params.range_sigma_m = ranges.range_sigma_m;
   params.range_rate_sigma_mps = ranges.rate_sigma_mps;
   params.clock = clock;
+  if (ranges.phases) params.phases.emplace();
   return sim::simulate_ranges(trajectory, sim::gps_and_galileo(), params,
                               Rng(ranges.seed).stream(kRangeStream))
       .epochs;
+}
+
+/// Along the antenna's path, as if the axle were below it.
+std::vector<WheelSpeed> wheels_along(const sim::VehicleTrajectory& trajectory,
+                                     const RangeSimulation& ranges) {
+  if (!ranges.wheels) return {};
+  return sim::simulate_wheel_speeds(trajectory, *ranges.wheels,
+                                    Rng(ranges.seed).stream(kWheelStream))
+      .readings;
 }
 
 std::function<NavState(LogTime)> truth_of(sim::VehicleTrajectory trajectory) {
@@ -77,6 +88,7 @@ Result<KnownDrive> recorded_drive(const NavFiles& files, const NavConfig& config
   } else {
     drive.recording.ranges = ranges_along(*trajectory, ranges, config.filter.clock);
   }
+  drive.recording.wheels = wheels_along(*trajectory, ranges);
   drive.options = config.filter;
   drive.antenna_truth = truth_of(std::move(*trajectory));
   drive.remarks = std::move(loaded->remarks);
@@ -92,6 +104,7 @@ KnownDrive simulated_drive(const RangeSimulation& ranges) {
   Rng rng = Rng(ranges.seed).stream(kImuStream);
   drive.recording.imu = sim::simulate_imu(trajectory, unit, rng).samples;
   drive.recording.ranges = ranges_along(trajectory, ranges, drive.options.clock);
+  drive.recording.wheels = wheels_along(trajectory, ranges);
   drive.antenna_truth = truth_of(std::move(trajectory));
   drive.attitude_known = true;
   return drive;

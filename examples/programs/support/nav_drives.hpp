@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/sim/vehicle_trajectory.hpp>
 
 #include "command_line.hpp"
 #include "nav_config.hpp"
@@ -23,6 +25,9 @@ struct RangeSimulation {
   double rate_sigma_mps = 0.1;
   double period_s = 1.0;
   std::uint64_t seed = 1;
+  bool phases = false;  ///< with carrier phases
+  /// Wheels, simulated as well; none by default.
+  std::optional<sim::WheelSpeedParams> wheels;
 };
 
 /// A recording with ranges and the truth at any time.

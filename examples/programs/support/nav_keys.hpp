@@ -172,6 +172,22 @@ inline std::vector<Key> filter_keys(GnssInsOptions& o) {
           boolean("start_without_velocity", o.start_without_velocity)};
 }
 
+inline std::vector<Key> odometer_keys(OdometerOptions& o) {
+  return {number("speed_sigma_mps", o.speed_sigma_mps),
+          number("scale_sigma", o.scale_sigma),
+          number("scale_walk_per_sqrt_s", o.scale_walk_per_sqrt_s),
+          number("direction_sigma_deg", o.direction_sigma_rad, kDegree),
+          vector("lever_arm_m", o.lever_arm_m),
+          number("lever_arm_sigma_m", o.lever_arm_sigma_m),
+          number("gate_sigma", o.gate_sigma),
+          number("cross_sigma_mps", o.cross_sigma_mps)};
+}
+
+inline std::vector<Key> carrier_phase_keys(CarrierPhaseOptions& o) {
+  return {number("sigma_scale", o.sigma_scale), number("gate_sigma", o.gate_sigma),
+          number("longest_interval_s", o.longest_interval_s)};
+}
+
 inline Key angle(const std::string& name, Angle& value, double limit_deg) {
   return {name,
           [&value, limit_deg](const Json& j) {

@@ -87,8 +87,10 @@ eval::Table axes_table(const eval::NavErrors& errors) {
 }
 
 const char* name_of(InnovationRecord::Kind kind) {
-  constexpr std::array kNames = {"range [m]",      "range rate [m/s]",        "position [m]",
-                                 "velocity [m/s]", "sideways velocity [m/s]", "standstill"};
+  constexpr std::array kNames = {
+      "range [m]",  "range rate [m/s]", "position [m]", "velocity [m/s]", "sideways velocity [m/s]",
+      "standstill", "phase change [m]", "wheels [m/s]"};
+  static_assert(kNames.size() == InnovationRecord::kKinds);
   return kNames[static_cast<std::size_t>(kind)];
 }
 

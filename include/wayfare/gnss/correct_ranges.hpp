@@ -26,6 +26,8 @@ struct RangeSigmaModel {
   double rate_floor_mps = 0.03;      ///< m/s, orbit, clock and receiver
   double rate_elevation_mps = 0.02;  ///< m/s, at the zenith
   double rate_signal_mps = 0.06;     ///< noise of the rate at 45 dB-Hz
+  double phase_floor_m = 0.003;      ///< noise of a carrier phase
+  double phase_elevation_m = 0.003;  ///< multipath of a carrier phase, at the zenith
   double decade_dbhz = 16.0;         ///< decrease of C/N0 for ten times the noise
   /// Residual fraction of the ionospheric delay: with a broadcast model, and with the nominal one.
   double ionosphere_fraction = 0.3,       ///< with a broadcast model
@@ -36,6 +38,8 @@ struct RangeSigmaModel {
                                double unknown_ionosphere_m = 0.0) const;
   /// σ of a range rate, m/s.
   [[nodiscard]] double rate_mps(double elevation_rad, double cn0_dbhz) const;
+  /// σ of a carrier phase, for differences over seconds: √(floor² + (elevation / sin el)²), m.
+  [[nodiscard]] double phase_m(double elevation_rad) const;
 };
 
 /// Model at low solar activity for messages without coefficients: 7.5 m at the zenith in the

@@ -83,9 +83,9 @@ struct AntennaView {
       swing_mps;                           ///< ω × lever arm
 
   /// `lever_m` from the unit to the antenna and `rate_radps` the turn rate, both in its axes.
-  template <int Offsets>
-  AntennaView(const InsState<T, Offsets>& x, const LocalTangentPlane& plane, const Vector3& lever,
-              const Vector3& rate_radps)
+  template <int Offsets, class... Further>
+  AntennaView(const InsState<T, Offsets, Further...>& x, const LocalTangentPlane& plane,
+              const Vector3& lever, const Vector3& rate_radps)
       : anchor_local(plane.rotation_anchor_local(x.position_m)),
         anchor_unit(anchor_local * x.q_nu.matrix()),
         lever_m(lever),
@@ -132,8 +132,8 @@ struct RangeModel {
   static constexpr int kEntries = 6 + 2;  ///< numbers of a row that are not zero: three, three, two
   using Row = SparseRow<T, kEntries>;     ///< the nonzero numbers of H
 
-  /// Innovation, row and variance at a state.
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;
     const AntennaView<T> antenna(x, plane, lever_m, Vector3::Zero());
@@ -168,8 +168,8 @@ struct RangeRateModel {
   static constexpr int kEntries = 13;  ///< numbers of a row that are not zero
   using Row = SparseRow<T, kEntries>;  ///< the nonzero numbers of H
 
-  /// Innovation, row and variance at a state.
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;
     const Vector3 inverse_scale = (x.gyro_scale.array() + T(1)).inverse();

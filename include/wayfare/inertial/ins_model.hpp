@@ -206,21 +206,23 @@ class Strapdown {
   Vector3 gyro_white_, accel_white_, gyro_sigma_, accel_sigma_;
 };
 
-/// Strapdown, the Gauss-Markov errors and the clock.
-template <class T, int Offsets>
-using InsProcess = Process<InsState<T, Offsets>, Strapdown<T>, ins::GyroBias<T>, ins::AccelBias<T>,
-                           ins::GyroScale<T>, ins::AccelScale<T>, ins::Clock<T, Offsets>>;
+/// Strapdown, the Gauss-Markov errors, the clock, and further blocks that move by themselves.
+template <class T, int Offsets, class... Further>
+using InsProcess =
+    Process<InsState<T, Offsets, Further...>, Strapdown<T>, ins::GyroBias<T>, ins::AccelBias<T>,
+            ins::GyroScale<T>, ins::AccelScale<T>, ins::Clock<T, Offsets>, Further...>;
 
 /// A ProcessModel with ImuInterval as input.
-template <class T, int Offsets = 0>
-class InsModel : public InsProcess<T, Offsets> {
+template <class T, int Offsets = 0, class... Further>
+class InsModel : public InsProcess<T, Offsets, Further...> {
  public:
   /// The plane must outlive it.
-  InsModel(const LocalTangentPlane& plane, const InsNoise<T>& noise)
-      : InsProcess<T, Offsets>(
+  InsModel(const LocalTangentPlane& plane, const InsNoise<T>& noise, const Further&... further)
+      : InsProcess<T, Offsets, Further...>(
             Strapdown<T>(plane, noise), {error(noise, 0)}, {error(noise, 3)}, {error(noise, 6)},
             {error(noise, 9)},
-            {{noise.clock_bias_walk, noise.clock_drift_walk, noise.clock_offset_walk}}) {}
+            {{noise.clock_bias_walk, noise.clock_drift_walk, noise.clock_offset_walk}},
+            further...) {}
 
  private:
   static GaussMarkov<3, T> error(const InsNoise<T>& noise, int first) {

@@ -224,11 +224,11 @@ struct Clock : ReceiverClockBlock<Offsets, T> {
 }  // namespace ins
 
 /// Members `position_m`, `velocity_mps`, `q_nu`, `gyro_bias_radps`, `accel_bias_mps2`,
-/// `gyro_scale`, `accel_scale` and `clock`; 23 errors without `Offsets`.
-template <class T, int Offsets = 0>
+/// `gyro_scale`, `accel_scale` and `clock`; 23 errors without `Offsets`. Further blocks follow.
+template <class T, int Offsets = 0, class... Further>
 using InsState =
     State<ins::Position<T>, ins::Velocity<T>, ins::Attitude<T>, ins::GyroBias<T>, ins::AccelBias<T>,
-          ins::GyroScale<T>, ins::AccelScale<T>, ins::Clock<T, Offsets>>;
+          ins::GyroScale<T>, ins::AccelScale<T>, ins::Clock<T, Offsets>, Further...>;
 
 /// Places of the errors in the tangent of InsState.
 namespace ins_state {
@@ -255,8 +255,8 @@ struct BodyVelocityModel {
   T speed_mps,                             ///< along the direction
       variance;                            ///< of the speed, (m/s)²
   using Row = SparseRow<T, 9>;             ///< nonzero numbers of H
-  /// Innovation, row and variance at a state.
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     const Vector3 inverse_scale = (x.gyro_scale.array() + T(1)).inverse();
     const Vector3 rate = (gyro_radps - x.gyro_bias_radps).cwiseProduct(inverse_scale);
     const Vector3 v_unit = x.q_nu.inverse() * x.velocity_mps;
@@ -278,8 +278,8 @@ struct VelocityModel {
   T velocity_mps,               ///< measured
       variance;                 ///< (m/s)²
   using Row = SparseRow<T, 1>;  ///< nonzero number of H
-  /// Innovation, row and variance at a state.
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     return {velocity_mps - x.velocity_mps[axis], {{ins_state::kVelocity + axis}, {T(1)}}, variance};
   }
 };
@@ -292,8 +292,8 @@ struct ZeroTurnRateModel {
   T gyro_radps,                 ///< measured
       variance;                 ///< (rad/s)²
   using Row = SparseRow<T, 1>;  ///< nonzero number of H
-  /// Innovation, row and variance at a state.
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     return {
         gyro_radps - x.gyro_bias_radps[axis], {{ins_state::kGyroBias + axis}, {T(1)}}, variance};
   }
@@ -309,8 +309,8 @@ struct AntennaPositionModel {
       lever_m;                             ///< the unit's axes
   T variance;                              ///< m²
   using Row = SparseRow<T, 6>;             ///< nonzero numbers of H
-  /// Innovation, row and variance at a state.
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     const EarthAt<T> at = plane.earth(x.position_m);
     const Vector3 ground(T(1) / at.north_scale, T(1) / at.east_scale, T(1));
     const Vector3 by_position = direction.cwiseProduct(ground);
@@ -333,8 +333,8 @@ struct AntennaVelocityModel {
       gyro_radps;                          ///< measured rate, the unit's axes
   T variance;                              ///< (m/s)²
   using Row = SparseRow<T, 6>;             ///< nonzero numbers of H
-  /// Innovation, row and variance at a state.
-  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+  /// Innovation, row and variance at a state, an InsState.
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const auto& x) const {
     const Vector3 rate =
         (gyro_radps - x.gyro_bias_radps).cwiseQuotient(Vector3(x.gyro_scale.array() + T(1)));
     const Vector3 swing = rate.cross(lever_m);

@@ -28,6 +28,7 @@ struct NavFormats {
   NavFileFormat imu_clock,         ///< of the pairs of times
       ranges,                      ///< of corrected ranges
       fixes,                       ///< of fixes
+      wheels,                      ///< of wheel speeds
       truth;                       ///< of the reference
   /// Of raw observations.
   double elevation_mask_deg = 10.0;
@@ -45,6 +46,7 @@ struct NavFiles {
   std::string ranges;  ///< corrected ranges as columns, instead of observations
   std::string fixes;   ///< of a receiver
   std::string truth;   ///< reference trajectory
+  std::string wheels;  ///< speeds of wheels
 };
 
 /// What was read from all files.

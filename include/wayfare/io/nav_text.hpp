@@ -60,8 +60,9 @@ struct ImuFile {
     Duration max_gap = std::chrono::milliseconds(500));
 
 /// A line per satellite: time, sat ("G05"), position x y z and velocity vx vy vz (Earth-fixed),
-/// range and rate, range_sigma, rate_sigma, cn0; "nan": not measured. Successive lines of one time
-/// are one epoch. Without sigma columns CorrectedRange's defaults apply.
+/// range and rate, range_sigma, rate_sigma, cn0, phase (in metres), phase_sigma, interrupted (1:
+/// the phase may have jumped); "nan": not measured. Successive lines of one time are one epoch.
+/// Without sigma columns CorrectedRange's defaults apply.
 struct RangesFile {
   std::vector<RangeEpoch> epochs;       ///< in the order of the file
   Problems problems;                    ///< lines skipped
@@ -73,6 +74,20 @@ struct RangesFile {
                                              const ColumnFormat& format = {});
 /// The same for text in memory; `source` names it in messages.
 [[nodiscard]] Result<RangesFile> parse_ranges(std::string_view text, const std::string& source,
+                                              const ColumnFormat& format = {});
+
+/// Column speed: of a vehicle's wheels, negative backwards.
+struct WheelsFile {
+  std::vector<WheelSpeed> readings;     ///< in the order of the file
+  Problems problems;                    ///< lines skipped
+  std::vector<ColumnUse> columns = {};  ///< as understood; none of a file without columns
+};
+
+/// Errors as of read_imu.
+[[nodiscard]] Result<WheelsFile> read_wheels(const std::string& path,
+                                             const ColumnFormat& format = {});
+/// The same for text in memory; `source` names it in messages.
+[[nodiscard]] Result<WheelsFile> parse_wheels(std::string_view text, const std::string& source,
                                               const ColumnFormat& format = {});
 
 /// Columns lat lon h; sn se sd (standard deviations), sne seu sun (signed roots of covariances, as
@@ -129,9 +144,10 @@ struct ClockFile {
 
 /// With named columns; numbers other than angles read back to the same bits.
 [[nodiscard]] std::string format_imu(std::span<const ImuSample> samples);
-[[nodiscard]] std::string format_ranges(std::span<const RangeEpoch> epochs);  ///< as format_imu
-[[nodiscard]] std::string format_fixes(std::span<const GnssFix> fixes);       ///< as format_imu
-[[nodiscard]] std::string format_nav(std::span<const NavState> trajectory);   ///< as format_imu
+[[nodiscard]] std::string format_ranges(std::span<const RangeEpoch> epochs);    ///< as format_imu
+[[nodiscard]] std::string format_fixes(std::span<const GnssFix> fixes);         ///< as format_imu
+[[nodiscard]] std::string format_wheels(std::span<const WheelSpeed> readings);  ///< as format_imu
+[[nodiscard]] std::string format_nav(std::span<const NavState> trajectory);     ///< as format_imu
 
 /// Errors: the file exists (see WriteOptions), or cannot be written.
 [[nodiscard]] inline Result<void> write_imu(const std::string& path,
@@ -156,6 +172,13 @@ struct ClockFile {
                                             std::span<const NavState> trajectory,
                                             const WriteOptions& options = {}) {
   return write_file(path, format_nav(trajectory), options);
+}
+
+/// Errors: the file exists (see WriteOptions), or cannot be written.
+[[nodiscard]] inline Result<void> write_wheels(const std::string& path,
+                                               std::span<const WheelSpeed> readings,
+                                               const WriteOptions& options = {}) {
+  return write_file(path, format_wheels(readings), options);
 }
 
 /// At `time`, GPS time by the computer's clock, this number of bytes of the stream had arrived.

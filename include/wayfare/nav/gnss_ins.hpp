@@ -3,6 +3,7 @@
 // Inertial navigation with GNSS ranges and range rates, tightly coupled: the 23-state error-state
 // Kalman filter of Zhang 2020, section 3.1. Also accepts position fixes (loosely coupled).
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -18,6 +19,8 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/ins_state.hpp>
+#include <wayfare/nav/odometer.hpp>
+#include <wayfare/nav/phase_change.hpp>
 #include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
@@ -88,6 +91,10 @@ struct GnssInsOptions {
   /// differences of positions without velocities. Once the heading is known the filter starts again
   /// with it.
   bool start_without_velocity = false;
+  /// Present: wheel speeds are used, and the filter has six more states.
+  std::optional<OdometerOptions> odometer;
+  /// Present: carrier phases of range epochs are used, and the filter has four more states.
+  std::optional<CarrierPhaseOptions> carrier_phase;
 };
 
 /// The filter's estimate at one instant.
@@ -101,6 +108,7 @@ struct GnssInsEstimate {
       clock_drift_mps = 0.0;        ///< its rate
   /// Of the 23 errors of ins_state.
   Eigen::Matrix<double, ins_state::kSize, ins_state::kSize> covariance;
+  std::optional<OdometerEstimate> odometer;  ///< with GnssInsOptions::odometer
 };
 
 /// Innovation of one measurement and its standard deviation.
@@ -113,13 +121,16 @@ struct InnovationRecord {
     velocity,    ///< of a fix, one axis
     constraint,  ///< velocity of the vehicle
     standstill,  ///< velocity or turn rate at rest
+    phase,       ///< change of a carrier phase, to a satellite
+    wheels,      ///< speed of the wheels
   };
-  LogTime time;             ///< of the measurement
-  Kind kind = Kind::range;  ///< what was measured
-  SatelliteId satellite;    ///< of a range or range rate
-  double innovation = 0.0;  ///< measured − predicted, SI units
-  double sigma = 0.0;       ///< its predicted standard deviation
-  bool accepted = false;    ///< passed the gate and was used
+  static constexpr std::size_t kKinds = 8;  ///< number of kinds
+  LogTime time;                             ///< of the measurement
+  Kind kind = Kind::range;                  ///< what was measured
+  SatelliteId satellite;                    ///< of a range, range rate or phase
+  double innovation = 0.0;                  ///< measured − predicted, SI units
+  double sigma = 0.0;                       ///< its predicted standard deviation
+  bool accepted = false;                    ///< passed the gate and was used
 };
 
 /// A given initial state with standard deviations.
@@ -154,10 +165,11 @@ struct GnssInsStart {
 
 /// Everything a run needs, each stream in order of time.
 struct GnssInsRecording {
-  std::vector<ImuSample> imu;         ///< readings of the unit
-  std::vector<RangeEpoch> ranges;     ///< corrected ranges, for tight coupling
-  std::vector<GnssFix> fixes;         ///< positions of a receiver, for loose coupling
-  std::optional<GnssInsStart> start;  ///< absent: from GNSS velocity and levelling
+  std::vector<ImuSample> imu;           ///< readings of the unit
+  std::vector<RangeEpoch> ranges;       ///< corrected ranges, for tight coupling
+  std::vector<GnssFix> fixes;           ///< positions of a receiver, for loose coupling
+  std::optional<GnssInsStart> start;    ///< absent: from GNSS velocity and levelling
+  std::vector<WheelSpeed> wheels = {};  ///< used with GnssInsOptions::odometer
 };
 
 /// An event of the filter: a gap, a late epoch, a reset.
@@ -183,11 +195,11 @@ struct GnssInsResult {
   std::vector<GnssInsNotice> notices;         ///< events, in order of time
 };
 
-/// The filter, processing one measurement at a time in order of arrival. Late range epochs and
-/// fixes are handled by replay from recent states. The solution is reinitialised if all inertial
-/// readings of a second are late, since the unit's clock was set back, and if it leaves the range
-/// of the navigation equations: heights of −100 to 10 000 km, speeds below 100 km/s, more than a
-/// kilometre from the poles.
+/// The filter, processing one measurement at a time in order of arrival. Late range epochs,
+/// fixes and wheel speeds are handled by replay from recent states. The solution is reinitialised
+/// if all inertial readings of a second are late, since the unit's clock was set back, and if it
+/// leaves the range of the navigation equations: heights of −100 to 10 000 km, speeds below 100
+/// km/s, more than a kilometre from the poles.
 class GnssIns {
  public:
   /// Not started.
@@ -214,6 +226,9 @@ class GnssIns {
   Result<void> add(const RangeEpoch& epoch);
   /// A fix; late ones are replayed.
   Result<void> add(const GnssFix& fix);
+  /// A wheel speed; late ones are replayed. Those before the start, and more than ten a second, are
+  /// left out. Needs GnssInsOptions::odometer.
+  Result<void> add(const WheelSpeed& wheels);
 
   /// Needs started().
   [[nodiscard]] GnssInsEstimate estimate() const;

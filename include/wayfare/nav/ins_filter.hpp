@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <tuple>
 
 #include <Eigen/Core>
 
@@ -19,12 +20,13 @@
 namespace wayfare {
 
 /// An Ekf of InsState on a tangent plane, with its process and measurements. `T`: a scalar or a
-/// pack of lanes; `Offsets`: number of inter-system clock offsets; `Recorder`: of the Ekf.
-template <class T, int Offsets = 0, class Recorder = NoRecorder>
+/// pack of lanes; `Offsets`: number of inter-system clock offsets; `Recorder`: of the Ekf;
+/// `Further`: blocks that follow and move by themselves.
+template <class T, int Offsets = 0, class Recorder = NoRecorder, class... Further>
 class InsFilter {
  public:
   /// Position on the plane, velocity, attitude, sensors, clock.
-  using State = InsState<T, Offsets>;
+  using State = InsState<T, Offsets, Further...>;
   using Vector3 = Eigen::Matrix<T, 3, 1>;   ///< of three components
   using Filter = Ekf<State, Recorder>;      ///< the filter inside
   using Square = typename Filter::Square;   ///< covariances
@@ -35,11 +37,13 @@ class InsFilter {
   /// `lever_m` from the unit to the antenna in the unit's axes. Positions of `state` are on a plane
   /// tangent at `anchor`; its clock bias is relative to `clock_anchor_m`.
   InsFilter(const Geodetic& anchor, double clock_anchor_m, const State& state,
-            const Square& covariance, const InsNoise<T>& noise, const Eigen::Vector3d& lever_m)
+            const Square& covariance, const InsNoise<T>& noise, const Eigen::Vector3d& lever_m,
+            const Further&... further)
       : plane_(anchor),
         clock_anchor_m_(clock_anchor_m),
         noise_(noise),
-        model_(plane_, noise_),
+        further_(further...),
+        model_(plane_, noise_, further...),
         lever_m_(lever_m.cast<T>()),
         filter_(state, covariance) {}
 
@@ -55,6 +59,8 @@ class InsFilter {
   [[nodiscard]] Filter& ekf() { return filter_; }
   /// The filter inside.
   [[nodiscard]] const Filter& ekf() const { return filter_; }
+  /// From the unit to the antenna, the unit's axes.
+  [[nodiscard]] const Vector3& lever_m() const { return lever_m_; }
   /// The unit's raw turn rate at the newest prediction.
   [[nodiscard]] const Vector3& gyro_radps() const { return gyro_radps_; }
 
@@ -127,7 +133,7 @@ class InsFilter {
       for (int k = 0; k < 3; ++k) set_lane(x.position_m[k], i, moved[k]);
     }
     plane_ = next;
-    model_ = InsModel<T, Offsets>(plane_, noise_);
+    model_ = model();
     filter_.set_state(x);
   }
   void recentre_clock() {
@@ -138,10 +144,16 @@ class InsFilter {
     filter_.set_state(x);
   }
 
+  using Model = InsModel<T, Offsets, Further...>;
+  [[nodiscard]] Model model() const {
+    return std::apply([this](const auto&... f) { return Model(plane_, noise_, f...); }, further_);
+  }
+
   LocalTangentPlane plane_;
   double clock_anchor_m_ = 0.0;
   InsNoise<T> noise_;
-  InsModel<T, Offsets> model_{plane_, noise_};
+  [[no_unique_address]] std::tuple<Further...> further_;
+  Model model_ = model();
   Vector3 lever_m_ = Vector3::Zero(), gyro_radps_ = Vector3::Zero();
   Filter filter_;
 };

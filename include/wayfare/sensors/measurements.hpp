@@ -77,6 +77,8 @@ struct SatelliteObservation {
   double carrier_cycles = std::numeric_limits<double>::quiet_NaN();  ///< carrier phase
   double cn0_dbhz = std::numeric_limits<double>::quiet_NaN();        ///< carrier-to-noise density
   double carrier_hz = std::numeric_limits<double>::quiet_NaN();      ///< the signal's frequency
+  /// The phase may have jumped since the epoch before, or is known but for half cycles.
+  bool phase_interrupted = false;
 };
 
 /// All satellites of one reception time on the receiver's clock.
@@ -87,7 +89,8 @@ struct ObservationEpoch {
 
 /// A range and range rate without satellite clock, relativity, group delay and atmosphere:
 ///   range = |p − satellite position| + clock bias + noise,
-///   rate  = uᵀ(satellite velocity − v) + clock drift + noise, u from receiver to satellite.
+///   rate  = uᵀ(satellite velocity − v) + clock drift + noise, u from receiver to satellite,
+///   phase = |p − satellite position| + clock bias + a constant of the satellite + noise.
 /// The satellite is where it was at transmission, in the Earth-fixed axes of the time of reception
 /// (so its position and velocity include the Sagnac effect). NaN: not measured.
 struct CorrectedRange {
@@ -100,12 +103,21 @@ struct CorrectedRange {
   double range_sigma_m = 1.0;                                  ///< standard deviation, m
   double range_rate_sigma_mps = 0.1;                           ///< standard deviation, m/s
   double cn0_dbhz = std::numeric_limits<double>::quiet_NaN();  ///< carrier-to-noise density
+  double phase_m = std::numeric_limits<double>::quiet_NaN();   ///< carrier phase, m
+  double phase_sigma_m = 0.005;                                ///< standard deviation, m
+  bool phase_interrupted = false;  ///< the constant may differ from that of the epoch before
 };
 
 /// The corrected ranges of one instant.
 struct RangeEpoch {
   LogTime time;                            ///< of reception
   std::vector<CorrectedRange> satellites;  ///< in the order observed
+};
+
+/// Speed of a vehicle by the turns of its wheels; negative backwards.
+struct WheelSpeed {
+  LogTime time;            ///< of validity
+  double speed_mps = 0.0;  ///< of the axle
 };
 
 /// A receiver's own position, and velocity where it reports one.

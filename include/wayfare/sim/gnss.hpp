@@ -71,6 +71,13 @@ struct MultipathBursts {
   double mean_excess_m = 20.0;      ///< duration and size are exponentially distributed
 };
 
+/// Carrier phases: white noise, ambiguities, and cycle slips of 1 to 20 cycles to either side.
+struct PhaseParams {
+  double sigma_m = 0.003;                 ///< standard deviation of a phase
+  double slips_per_satellite_hour = 0.0;  ///< rate of slips
+  double announced = 0.5;                 ///< fraction of slips that the receiver notices
+};
+
 /// From `begin` (included) to `end` (excluded) only this number of satellites is visible.
 struct SatelliteOutage {
   LogTime begin,                    ///< included
@@ -86,6 +93,7 @@ struct ReceiverParams {
   double clock_bias_m = 300.0;                  ///< at the start
   double clock_drift_mps = 5.0;                 ///< at the start
   MultipathBursts multipath;                    ///< of every satellite
+  std::optional<PhaseParams> phases;            ///< absent: no phases
   std::vector<SatelliteOutage> outages;         ///< of satellites
   Eigen::Vector3d antenna_lever_arm_m = Eigen::Vector3d::Zero();  ///< in body axes
 };

@@ -24,7 +24,7 @@ struct NisSum {
   std::size_t count = 0;  ///< number of innovations
 };
 /// By InnovationRecord::Kind.
-using NisByKind = std::array<NisSum, 6>;
+using NisByKind = std::array<NisSum, InnovationRecord::kKinds>;
 
 /// Errors of the 23 states at one range epoch (truth minus estimate, in the states' order) and the
 /// filter's standard deviations.
@@ -41,8 +41,9 @@ using InsErrorSeries = std::vector<InsErrorAt>;  ///< one entry per epoch
 
 /// Sensors, filter and start of the runs.
 struct InsMonteCarloOptions {
-  ImuParams imu;       ///< simulated unit
-  RangeParams ranges;  ///< simulated receiver
+  ImuParams imu;            ///< simulated unit
+  RangeParams ranges;       ///< simulated receiver
+  WheelSpeedParams wheels;  ///< simulated, where `filter` has an odometer
   /// Noise parameters, mounting and lever arm are taken from the simulated sensors.
   GnssInsOptions filter;
   /// Standard deviations of the initial state, which is drawn around the truth.

@@ -189,4 +189,27 @@ class SimulatedUnit {
 /// No error of any kind.
 [[nodiscard]] ImuNoise perfect_imu();
 
+/// Wheels of an axle that does not steer.
+struct WheelSpeedParams {
+  Duration period{100'000'000};  ///< between readings
+  double scale = 0.01;           ///< relative error of the speed
+  double sigma_mps = 0.03;       ///< white noise
+  double resolution_mps = 0.02;  ///< readings are multiples of it; zero: any number
+  /// From the unit to the middle of the axle, body axes, m.
+  Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();
+  double slips_per_hour = 0.0;      ///< rate at which wheels spin or lock
+  double mean_slip_s = 1.0;         ///< exponentially distributed duration
+  double mean_slip_fraction = 0.2;  ///< of the speed, exponentially distributed, to either side
+};
+
+/// Readings of a drive from trajectory.begin() on, and which of them slip.
+struct SimulatedWheelSpeeds {
+  std::vector<WheelSpeed> readings;  ///< in order of time
+  std::vector<bool> slips;           ///< one for each reading
+};
+/// Forward speed of the axle with the errors of `params`.
+[[nodiscard]] SimulatedWheelSpeeds simulate_wheel_speeds(const VehicleTrajectory& trajectory,
+                                                         const WheelSpeedParams& params,
+                                                         const Rng& rng);
+
 }  // namespace wayfare::sim

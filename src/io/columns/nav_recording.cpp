@@ -108,11 +108,13 @@ class Loader {
                    "satellite measurements are needed: raw observations and navigation messages, "
                    "ranges, or fixes"};
     if (auto done = load_truth(); !done) return done.error();
+    if (auto done = load_wheels(); !done) return done.error();
     if (reading_.apart) return std::move(out_);
     const Duration offset = from_seconds(reading_.imu_time_offset_s);
     for (const Result<void>& check :
          {check_overlap("range epochs", r.imu, r.ranges, offset),
           check_overlap("fixes", r.imu, r.fixes, offset),
+          check_overlap("wheel speeds", r.imu, r.wheels, offset),
           check_overlap("reference states", r.imu, out_.truth.states, offset)})
       if (!check) return check.error();
     return std::move(out_);
@@ -293,6 +295,15 @@ class Loader {
       if (f.velocity_ned_mps) velocities.emplace_back(f.time - late, *f.velocity_ned_mps);
     for (GnssFix& fix : fixes)
       if (fix.velocity_ned_mps) fix.velocity_ned_mps = velocity_at(fix.time, velocities);
+    return {};
+  }
+
+  Result<void> load_wheels() {
+    if (files_.wheels.empty()) return {};
+    auto file = noted(read_wheels(files_.wheels, formats_.wheels.format), files_.wheels);
+    if (!file) return file.error();
+    out_.recording.wheels = std::move(file->readings);
+    order("wheel speeds", out_.recording.wheels);
     return {};
   }
 

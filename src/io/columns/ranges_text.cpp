@@ -1,5 +1,6 @@
 // Corrected ranges, a line for each satellite of an epoch.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -18,7 +19,9 @@ constexpr Quantity kRanges[] = {
     {"vx", Dimension::speed},         {"vy", Dimension::speed},
     {"vz", Dimension::speed},         {"range", Dimension::length},
     {"rate", Dimension::speed},       {"range_sigma", Dimension::length},
-    {"rate_sigma", Dimension::speed}, {"cn0", Dimension::decibel_hertz}};
+    {"rate_sigma", Dimension::speed}, {"cn0", Dimension::decibel_hertz},
+    {"phase", Dimension::length},     {"phase_sigma", Dimension::length},
+    {"interrupted", Dimension::none}};
 
 std::optional<SatelliteId> satellite(std::string_view token) {
   if (token.size() < 2) return std::nullopt;
@@ -40,10 +43,14 @@ std::string take_range(const ColumnRow& row, const ColumnRows& rows, CorrectedRa
   if (rows.has(9)) range.range_sigma_m = row.numbers[9];
   if (rows.has(10)) range.range_rate_sigma_mps = row.numbers[10];
   range.cn0_dbhz = row.numbers[11];
+  range.phase_m = row.numbers[12];
+  if (rows.has(13)) range.phase_sigma_m = row.numbers[13];
+  range.phase_interrupted = rows.has(14) && row.numbers[14] != 0.0;
   if (!range.position_ecef_m.allFinite() || !range.velocity_ecef_mps.allFinite())
     return "the satellite's position or velocity is not finite";
-  if (std::isinf(range.range_m) || std::isinf(range.range_rate_mps)) return "an infinite range";
-  for (const double sigma : {range.range_sigma_m, range.range_rate_sigma_mps})
+  if (std::isinf(range.range_m) || std::isinf(range.range_rate_mps) || std::isinf(range.phase_m))
+    return "an infinite range";
+  for (const double sigma : {range.range_sigma_m, range.range_rate_sigma_mps, range.phase_sigma_m})
     if (!(sigma > 0.0 && sigma * sigma > 0.0) || !std::isfinite(sigma * sigma))
       return "a standard deviation is not positive";
   return {};
@@ -79,7 +86,12 @@ Result<RangesFile> read_ranges(const std::string& path, const ColumnFormat& form
 std::string format_ranges(std::span<const RangeEpoch> epochs) {
   std::string out =
       "t_s sat x_m y_m z_m vx_mps vy_mps vz_mps range_m rate_mps range_sigma_m rate_sigma_mps "
-      "cn0_dbhz\n";
+      "cn0_dbhz";
+  const bool phases = std::any_of(epochs.begin(), epochs.end(), [](const RangeEpoch& epoch) {
+    return std::any_of(epoch.satellites.begin(), epoch.satellites.end(),
+                       [](const CorrectedRange& r) { return std::isfinite(r.phase_m); });
+  });
+  out += phases ? " phase_m phase_sigma_m interrupted\n" : "\n";
   for (const RangeEpoch& epoch : epochs) {
     for (const CorrectedRange& r : epoch.satellites) {
       append_time(out, epoch.time);
@@ -88,6 +100,9 @@ std::string format_ranges(std::span<const RangeEpoch> epochs) {
       append_numbers(out, r.velocity_ecef_mps);
       append_numbers(out, std::array{r.range_m, r.range_rate_mps, r.range_sigma_m,
                                      r.range_rate_sigma_mps, r.cn0_dbhz});
+      if (phases)
+        append_numbers(out,
+                       std::array{r.phase_m, r.phase_sigma_m, r.phase_interrupted ? 1.0 : 0.0});
       out += '\n';
     }
   }

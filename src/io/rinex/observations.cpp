@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -61,6 +62,7 @@ std::optional<SatelliteObservation> observation_of(const decode::UbxMeasurement&
   o.doppler_hz = std::isfinite(m.doppler_hz) ? double{m.doppler_hz} : kNone;
   const bool phase = m.carrier_phase_valid && std::isfinite(m.carrier_phase_cycles);
   o.carrier_cycles = phase ? m.carrier_phase_cycles : kNone;
+  o.phase_interrupted = !m.half_cycle_resolved;
   o.cn0_dbhz = m.cn0_db_hz;
   o.carrier_hz = *carrier_hz;
   return o;
@@ -96,8 +98,13 @@ class UbxStream {
     for (std::size_t i = 0; i < raw.size(); ++i) {
       const auto one = observation_of(raw.measurement(i));
       const auto same = [&](const auto& other) { return other.satellite == one->satellite; };
-      if (one && std::none_of(o.satellites.begin(), o.satellites.end(), same))
-        o.satellites.push_back(*one);
+      if (!one || std::any_of(o.satellites.begin(), o.satellites.end(), same)) continue;
+      o.satellites.push_back(*one);
+      const auto before = measured_.find(one->satellite);
+      if (before == measured_.end() ||
+          raw.measurement(i).lock_time_s < to_seconds(o.time - before->second))
+        o.satellites.back().phase_interrupted = true;
+      measured_[one->satellite] = o.time;
     }
     now_ = o.time;
     if (!o.satellites.empty()) out_.epochs.push_back(std::move(o));
@@ -118,6 +125,7 @@ class UbxStream {
   RawObservations out_;
   GpsSubframes subframes_;
   std::optional<Time<GpsClock>> now_;
+  std::map<SatelliteId, Time<GpsClock>> measured_;  ///< newest time of each satellite
 };
 
 }  // namespace

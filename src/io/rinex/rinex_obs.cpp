@@ -108,7 +108,7 @@ class EpochReader {
     int found = 0;
     for (at.next(); found < epoch.count && at.have && !begins_epoch_3(at.line); ++found, at.next())
       satellite(columns(at.line, 0, 3), at.number(), result, [&](std::size_t place) {
-        return value_at(columns(at.line, 3 + 16 * place, 14), at.number());
+        return Field{columns(at.line, 3 + 16 * place, 15), at.number()};
       });
     finish(epoch, std::move(result), found, began);
   }
@@ -125,7 +125,7 @@ class EpochReader {
       ++found;
       satellite(name, began, result, [&](std::size_t place) {
         const Row& row = rows[place / 5];
-        return value_at(columns(row.line, 16 * (place % 5), 14), row.number);
+        return Field{columns(row.line, 16 * (place % 5), 15), row.number};
       });
     }
     finish(epoch, std::move(result), found, began);
@@ -159,19 +159,27 @@ class EpochReader {
   }
 
   void finish(const EpochLine& epoch, ObservationEpoch&& result, int found, std::size_t began) {
+    if (epoch.flag == 1)  // after a power failure
+      for (SatelliteObservation& o : result.satellites) o.phase_interrupted = true;
     if (found < epoch.count)
       report(began, "the epoch has " + std::to_string(found) + " of " +
                         std::to_string(epoch.count) + " satellites");
     file_.epochs.push_back(std::move(result));
   }
 
-  /// Adds the satellite's observation with the values `value(place)` to the epoch.
-  template <class Value>
+  /// A value's fourteen columns and its loss-of-lock indicator, with the number of their line.
+  struct Field {
+    std::string_view text;
+    std::size_t line = 0;
+  };
+
+  /// Adds the satellite's observation with the values of `field(place)` to the epoch.
+  template <class FieldAt>
   void satellite(std::string_view name, std::size_t line, ObservationEpoch& epoch,
-                 const Value& value) {
+                 const FieldAt& field) {
     SatelliteObservation o;
     if (const auto satellite = parse_satellite(name)) {
-      if (observe(*satellite, value, o)) epoch.satellites.push_back(o);
+      if (observe(*satellite, field, o)) epoch.satellites.push_back(o);
     } else if (!name.empty() && std::string_view("JSI").find(name[0]) != name.npos) {
       ++file_.other_satellites;
     } else {
@@ -180,10 +188,12 @@ class EpochReader {
   }
 
   /// The first requested signal with a code measurement.
-  template <class Value>
-  bool observe(SatelliteId satellite, const Value& value, SatelliteObservation& o) {
+  template <class FieldAt>
+  bool observe(SatelliteId satellite, const FieldAt& field, SatelliteObservation& o) {
     const auto at = [&](int place) {
-      return place < 0 ? kNone : value(static_cast<std::size_t>(place));
+      if (place < 0) return kNone;
+      const Field f = field(static_cast<std::size_t>(place));
+      return value_at(columns(f.text, 0, 14), f.line);
     };
     for (const rinex::SignalPlaces& p : header_.places(satellite.system)) {
       const double code = at(p.code);
@@ -192,6 +202,8 @@ class EpochReader {
       o.pseudorange_m = code;
       o.doppler_hz = at(p.doppler);
       o.carrier_cycles = at(p.phase);
+      o.phase_interrupted =
+          p.phase >= 0 && lock_lost(field(static_cast<std::size_t>(p.phase)).text);
       o.cn0_dbhz = at(p.strength);
       const auto channel = file_.glonass_channels.find(satellite);
       o.carrier_hz = carrier_hz(satellite.system, p.band,
@@ -214,6 +226,13 @@ class EpochReader {
       return kNone;
     }
     return value == 0.0 ? kNone : value;
+  }
+
+  /// Loss-of-lock indicator: bit 0 lock lost since the epoch before, bit 1 half cycles unknown.
+  static bool lock_lost(std::string_view text) {
+    const std::string_view indicator = columns(text, 14, 1);
+    return !indicator.empty() && indicator[0] >= '1' && indicator[0] <= '7' &&
+           ((indicator[0] - '0') & 3) != 0;
   }
 
   void report(std::size_t line, std::string message) {

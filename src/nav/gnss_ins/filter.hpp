@@ -4,45 +4,43 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdio>
 #include <deque>
-#include <type_traits>
+#include <memory>
 #include <variant>
 #include <vector>
 
 #include <wayfare/inertial/detail/sample_clock.hpp>
 
+#include "nav/gnss_ins/any_filter.hpp"
+#include "nav/gnss_ins/arrivals.hpp"
 #include "nav/gnss_ins/ins_engine.hpp"
 #include "nav/gnss_ins/ins_history.hpp"
 #include "nav/gnss_ins/ins_start.hpp"
 #include "nav/gnss_ins/measurement_log.hpp"
 #include "nav/gnss_ins/plausible.hpp"
 
-namespace wayfare {
+namespace wayfare::nav {
 
-namespace nav {
-
-[[nodiscard]] inline Error refused(ErrorCode code, LogTime time, const std::string& why) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.3f s: ", time.seconds());
-  return {code, text + why};
-}
-
-}  // namespace nav
-
-/// Recent measurements in order of time, and snapshots of the engine for replay.
-class GnssIns::Filter {
+/// Recent measurements in order of time, and snapshots for replay. `Further`: of InsEngine.
+template <class... Further>
+class InsFilterWith final : public AnyInsFilter {
  public:
-  explicit Filter(const GnssInsOptions& options)
+  using Engine = InsEngine<Further...>;
+  using History = InsHistory<typename Engine::State>;
+
+  explicit InsFilterWith(const GnssInsOptions& options)
       : options_(options), starter_(options), coarse_(options) {
     // Late measurements are replayed: what they change is kept as well.
     if (options.smoothing_lag_s > 0.0)
       history_.open(from_seconds(std::max(options.smoothing_lag_s, options.max_lateness_s + 1.0)));
   }
 
-  void start(const GnssInsStart& start) {
-    if (!nav::plausible(start))
+  [[nodiscard]] std::unique_ptr<AnyInsFilter> copy() const override {
+    return std::make_unique<InsFilterWith>(*this);
+  }
+
+  void start(const GnssInsStart& start) override {
+    if (!plausible(start))
       return events_.note(start.nav.time,
                           "the given start is implausible: not finite, not on the Earth, faster "
                           "than 100 km/s, or of a negative standard deviation: it is not used");
@@ -50,22 +48,23 @@ class GnssIns::Filter {
     seen_ = {};
     given_start_ = start;
   }
-  [[nodiscard]] bool started() const { return engine_.has_value(); }
-  [[nodiscard]] std::string missing() const {
+  [[nodiscard]] bool started() const override { return engine_.has_value(); }
+  [[nodiscard]] std::string missing() const override {
     if (engine_) return {};
     if (given_start_) return "there are no inertial readings at or after the given start's time";
     return starter_.missing();
   }
 
-  Result<void> add(ImuSample s) {
+  Result<void> add(const ImuSample& sample) override {
+    ImuSample s = sample;
     s.time += from_seconds(options_.imu_time_offset_s);
-    if (!nav::plausible(s))
-      return nav::refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
+    if (!plausible(s))
+      return refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
     const SampleClock::Verdict order = imu_clock_.check(s.time);
     if (order == SampleClock::Verdict::late) {
-      return nav::refused(ErrorCode::invalid, s.time,
-                          s.time == last_imu_->time ? "an inertial reading arrived twice"
-                                                    : "an inertial reading is out of order");
+      return refused(ErrorCode::invalid, s.time,
+                     s.time == last_imu_->time ? "an inertial reading arrived twice"
+                                               : "an inertial reading is out of order");
     }
     if (last_imu_ && order == SampleClock::Verdict::first) {
       events_.note(s.time, "the unit's clock was set back: reinitialising");
@@ -83,11 +82,7 @@ class GnssIns::Filter {
     } else if (engine_ && is_gap(*last_imu_, s)) {
       events_.note(last_imu_->time, missing() + "bridged");
     }
-    if (gap_s > 0.0 && gap_s < 1.0) {
-      interval_s_ = interval_s_ == 0.0
-                        ? gap_s
-                        : 0.95 * interval_s_ + 0.05 * std::min(gap_s, 3.0 * interval_s_);
-    }
+    interval_.add(gap_s);
     if (!engine_) try_given_start(s);
     last_imu_ = s;
     if (seeks_start()) {
@@ -98,60 +93,80 @@ class GnssIns::Filter {
     return {};
   }
 
+  Result<void> add(const RangeEpoch& epoch) override { return add_gnss(epoch, seen_[0]); }
+  Result<void> add(const GnssFix& fix) override { return add_gnss(fix, seen_[1]); }
+  Result<void> add(const WheelSpeed& wheels) override {
+    if (!options_.odometer)
+      return refused(ErrorCode::invalid, wheels.time, "wheel speeds need GnssInsOptions::odometer");
+    if (!plausible(wheels))
+      return refused(ErrorCode::invalid, wheels.time, "a wheel speed is implausible");
+    ArrivalTimes& seen = seen_[2];
+    if (!engine_ || seen.follows_closely(wheels.time)) return {};
+    if (auto in_time = accept(wheels.time, seen, "a wheel speed arrived twice"); !in_time)
+      return in_time;
+    insert(wheels);
+    return {};
+  }
+  [[nodiscard]] GnssInsEstimate estimate() const override {
+    return engine().view().estimate(options_.q_body_imu);
+  }
+  [[nodiscard]] GnssInsPoint point() const override {
+    return engine().view().point(options_.q_body_imu);
+  }
+  [[nodiscard]] EventLog& events() override { return events_; }
+
+  void keep() override { history_.open(Duration::max() / 2); }
+  void smooth(InsAdjoint& adjoint, const SmoothedSink& sink) const override {
+    history_.smooth(adjoint, options_.q_body_imu, sink);
+  }
+
+  [[nodiscard]] std::optional<GnssInsEstimate> lagged() const override {
+    if (!engine_) return std::nullopt;
+    return history_.estimate(engine_->time() - from_seconds(options_.smoothing_lag_s),
+                             options_.q_body_imu);
+  }
+
+ private:
+  struct Snapshot {
+    std::size_t done;
+    Engine engine;
+    typename History::Place recorded;
+  };
+
+  [[nodiscard]] const Engine& engine() const {
+    WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
+    return *engine_;
+  }
+
   template <class Gnss>
-  Result<void> add(const Gnss& m) {
-    if (!nav::plausible(m))
-      return nav::refused(ErrorCode::invalid, m.time, "no usable measurement");
-    std::vector<LogTime>& seen = seen_[std::is_same_v<Gnss, GnssFix> ? 1 : 0];
-    const bool twice = std::find(seen.begin(), seen.end(), m.time) != seen.end();
+  Result<void> add_gnss(const Gnss& m, ArrivalTimes& seen) {
+    if (!plausible(m)) return refused(ErrorCode::invalid, m.time, "no usable measurement");
     if (!engine_) {
-      if (given_start_) return nav::refused(ErrorCode::not_found, m.time, "before the given start");
-      if (twice) return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
-      seen.assign(1, m.time);
+      if (given_start_) return refused(ErrorCode::not_found, m.time, "before the given start");
+      if (seen.contains(m.time))
+        return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+      seen.restart(m.time);
       const auto start = find_start(m);
       if (start && last_imu_) begin(*start, *last_imu_);
       return {};
     }
-    const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
-    if (m.time < oldest) return nav::refused(ErrorCode::invalid, m.time, "too late");
-    if (twice) return nav::refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
-    if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0))
-      return nav::refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
-    std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
-    seen.push_back(m.time);
+    if (auto in_time = accept(m.time, seen, "an epoch arrived twice"); !in_time) return in_time;
     if (heading_unknown_ && m.time >= engine_->time() - from_seconds(1.0))
       if (const auto start = find_start(m)) return align(*start), Result<void>{};
     insert(m);
     return {};
   }
 
-  [[nodiscard]] const nav::InsEngine& engine() const {
-    WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
-    return *engine_;
+  /// Errors: too late, far ahead, or among `seen`, to which it is added.
+  Result<void> accept(LogTime time, ArrivalTimes& seen, const char* twice) {
+    const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
+    if (time < oldest) return refused(ErrorCode::invalid, time, "too late");
+    if (seen.contains(time)) return refused(ErrorCode::invalid, time, twice);
+    if (last_imu_ && time - last_imu_->time > from_seconds(60.0))
+      return refused(ErrorCode::invalid, time, "far ahead of the inertial readings");
+    seen.add(time, oldest);
+    return {};
   }
-  [[nodiscard]] const SO3d& q_body_imu() const { return options_.q_body_imu; }
-  nav::EventLog& events() { return events_; }
-  nav::InsHistory& history() { return history_; }
-
-  [[nodiscard]] std::optional<GnssInsEstimate> lagged() const {
-    if (!engine_) return std::nullopt;
-    const LogTime wanted = engine_->time() - from_seconds(options_.smoothing_lag_s);
-    std::optional<GnssInsEstimate> found;
-    nav::InsAdjoint adjoint;
-    history_.back(adjoint, [&](LogTime time, const auto& smoothed) {
-      if (time > wanted) return true;
-      found = smoothed().view().estimate(options_.q_body_imu);
-      return false;
-    });
-    return found;
-  }
-
- private:
-  struct Snapshot {
-    std::size_t done;
-    nav::InsEngine engine;
-    nav::InsHistory::Place recorded;
-  };
 
   /// Not started, or without heading.
   [[nodiscard]] bool seeks_start() const { return !engine_ || heading_unknown_; }
@@ -255,7 +270,7 @@ class GnssIns::Filter {
     if (t > engine_->time()) mark();
     if (!nav::is_imu(entry.measurement) && t > engine_->time() && !advance_to(t)) return false;
     events_.open = !entry.processed;
-    std::visit([this](const auto& m) { process(m); }, entry.measurement);
+    std::visit([this](const auto& m) { this->process(m); }, entry.measurement);
     events_.open = true;
     entry.processed = true;
     ++done_;
@@ -298,7 +313,7 @@ class GnssIns::Filter {
   }
 
   [[nodiscard]] bool is_gap(const ImuSample& a, const ImuSample& b) const {
-    return interval_s_ > 0.0 && to_seconds(b.time - a.time) > std::max(3.0 * interval_s_, 0.02);
+    return interval_.is_gap(to_seconds(b.time - a.time));
   }
 
   void prune() {
@@ -307,7 +322,7 @@ class GnssIns::Filter {
     while (snapshots_.size() > 1 && snapshots_[1].engine.time() <= limit) snapshots_.pop_front();
     const std::size_t drop = snapshots_.front().done;
     log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(drop));
-    const nav::InsHistory::Place removed = history_.drop_old();
+    const typename History::Place removed = history_.drop_old();
     for (Snapshot& k : snapshots_) k.done -= drop, k.recorded -= removed;
     done_ -= drop;
   }
@@ -317,18 +332,19 @@ class GnssIns::Filter {
   nav::CoarseStarter coarse_;
   bool heading_unknown_ = false;  ///< of the engine
   std::optional<GnssInsStart> given_start_;
-  std::optional<nav::InsEngine> engine_;
+  std::optional<Engine> engine_;
   std::optional<ImuSample> last_imu_;
   SampleClock imu_clock_{1.0};
-  /// Times of accepted ranges and fixes, while they could still be replayed or start the filter.
-  std::array<std::vector<LogTime>, 2> seen_;
-  double interval_s_ = 0.0;
+  /// Times of accepted ranges, fixes and wheel speeds, while they could still be replayed or start
+  /// the filter.
+  std::array<ArrivalTimes, 3> seen_;
+  ReadingInterval interval_;
   nav::MeasurementLog log_;
   std::size_t done_ = 0;
   std::deque<Snapshot> snapshots_;
-  nav::InsHistory history_;
+  History history_;
   bool unmarked_ = false;
-  nav::EventLog events_;
+  EventLog events_;
 };
 
-}  // namespace wayfare
+}  // namespace wayfare::nav

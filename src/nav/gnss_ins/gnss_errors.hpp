@@ -17,9 +17,11 @@
 
 namespace wayfare::nav {
 
+template <class Filter>
 class GnssErrors {
  public:
-  using Filter = InsRangeFilter;
+  using Update = typename Filter::Update;
+  using State = typename Filter::State;
 
   explicit GnssErrors(const GnssInsOptions& options)
       : correlated_(options.correlated), gate_{options.gate_sigma, options.robust_sigma} {}
@@ -34,8 +36,8 @@ class GnssErrors {
     last_ = now;
   }
 
-  Filter::Update update_range(Filter& filter, const CorrectedRange& s, double sigma_m,
-                              int clock_offset) const {
+  Update update_range(Filter& filter, const CorrectedRange& s, double sigma_m,
+                      int clock_offset) const {
     if (correlated_.share <= 0.0)
       return update(filter, filter.range_model(s, sigma_m, clock_offset));
     const int key = 256 * static_cast<int>(s.satellite.system) + s.satellite.number;
@@ -43,14 +45,14 @@ class GnssErrors {
     return update(filter, filter.range_model(s, white() * sigma_m, clock_offset), parts);
   }
 
-  Filter::Update update_range_rate(Filter& filter, const CorrectedRange& s, double sigma) const {
+  Update update_range_rate(Filter& filter, const CorrectedRange& s, double sigma) const {
     return update(filter, filter.range_rate_model(s, sigma));
   }
 
   /// A position along `axis` of a fix of this covariance; `model` has the variance along it.
   template <class Model>
-  Filter::Update update_fix(Filter& filter, Model model, const Eigen::Vector3d& axis,
-                            const Eigen::Matrix3d& covariance) const {
+  Update update_fix(Filter& filter, Model model, const Eigen::Vector3d& axis,
+                    const Eigen::Matrix3d& covariance) const {
     if (correlated_.share <= 0.0) return update(filter, model);
     model.variance *= white() * white();
     std::array<Part, 3> parts;
@@ -62,14 +64,14 @@ class GnssErrors {
 
   /// A measurement of white noise.
   template <class Model>
-  Filter::Update update(Filter& filter, const Model& model) const {
+  Update update(Filter& filter, const Model& model) const {
     if (gate_.robust_sigma <= 0.0) return filter.ekf().update(model, gate_.gate_sigma);
-    return filter.ekf().update_correlated(model, Filter::Filter::Tangent::Zero(), gate_);
+    return filter.ekf().update_correlated(model, TangentOf<State>::Zero(), gate_);
   }
 
  private:
-  using Errors = CorrelatedErrors<Filter::State>;
-  using Part = Errors::Part;
+  using Errors = CorrelatedErrors<State>;
+  using Part = typename Errors::Part;
 
   /// Rejects or weighs, by the normalised innovation.
   struct Gate {
@@ -84,10 +86,10 @@ class GnssErrors {
   [[nodiscard]] double white() const { return std::sqrt(std::max(1.0 - correlated_.share, 1e-6)); }
 
   template <class Model>
-  Filter::Update update(Filter& filter, const Model& model, std::span<const Part> parts) const {
+  Update update(Filter& filter, const Model& model, std::span<const Part> parts) const {
     Errors& errors = filter.ekf().recorder();
-    const Errors::Noise noise = errors.measure(parts);
-    const auto with_errors = [&](const Filter::State& x) {
+    const typename Errors::Noise noise = errors.measure(parts);
+    const auto with_errors = [&](const State& x) {
       auto m = model(x);
       m.innovation -= noise.mean;
       m.variance += noise.variance;

@@ -6,58 +6,44 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
+#include <type_traits>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Eigenvalues>
 
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 
+#include "nav/gnss_ins/arrivals.hpp"
 #include "nav/gnss_ins/coarse_start.hpp"
+#include "nav/gnss_ins/event_log.hpp"
 #include "nav/gnss_ins/gnss_errors.hpp"
+#include "nav/gnss_ins/initial_filter.hpp"
 #include "nav/gnss_ins/ins_view.hpp"
+#include "nav/gnss_ins/on_earth.hpp"
+#include "nav/gnss_ins/phase_changes.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
+#include "nav/gnss_ins/wheel_updates.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
 
 namespace wayfare::nav {
 
-/// Innovations and notices; closed during replay.
-struct EventLog {
-  std::vector<InnovationRecord> innovations;
-  std::vector<GnssInsNotice> notices;
-  bool open = true;
-
-  void note(LogTime time, std::string text, bool lost = false) {
-    if (open) notices.push_back({time, std::move(text), lost});
-  }
-};
-
-/// Near the ground, and not where north and east are undefined.
-[[nodiscard]] inline bool is_on_earth(const Geodetic& p) {
-  return std::abs(p.latitude.degrees()) < 89.99 && std::abs(p.longitude.degrees()) <= 360.0 &&
-         p.height_m > -1e5 && p.height_m < 1e7;
-}
-
-[[nodiscard]] inline ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
-  const double k = to_seconds(at - a.time) / to_seconds(b.time - a.time);
-  return {at, (1.0 - k) * a.angular_rate_radps + k * b.angular_rate_radps,
-          (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
-}
-
+/// `Further`: blocks of the state besides those of InsState.
+template <class... Further>
 class InsEngine {
  public:
-  using Filter = InsRangeFilter;
-  using State = Filter::State;
+  using Filter = InsRangeFilter<Further...>;
+  using State = typename Filter::State;
 
   InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first)
       : options_(options),
-        filter_(make_filter(options, start)),
+        filter_(initial_filter<Further...>(options, start)),
         heading_unknown_(start.heading_sigma_rad > kUnknownHeading_rad),
         last_(first),
         clocks_(options.range_sigma_scale, options.gate_sigma),
-        errors_(options) {
+        errors_(options),
+        phases_(options),
+        wheels_(options) {
     last_.time = start.nav.time;
   }
 
@@ -96,6 +82,12 @@ class InsEngine {
     if (!notice.empty()) events.note(last_.time, notice);
     if (!ready) return;
     errors_.advance(filter_, last_.time);
+    if constexpr (kPhases) {
+      if (!notice.empty()) phases_.forget();
+      phases_.update(filter_, epoch, [&](SatelliteId id, const ScalarUpdate<double>& u) {
+        record(events, Kind::phase, id, u);
+      });
+    }
     int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
     for (const CorrectedRange& s : epoch.satellites) {
       if (has_range(s)) {
@@ -114,8 +106,9 @@ class InsEngine {
     }
     reopen(ranges_rejected_since_, ranges_in, ranges, events);
     reopen(rates_rejected_since_, rates_in, rates, events);
+    if constexpr (kPhases) phases_.keep(filter_, epoch);
     if (ranges_in < 4) return;
-    note_full_epoch();
+    full_epochs_.add(last_.time);
     if (rates_in >= 4) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
   }
 
@@ -145,7 +138,7 @@ class InsEngine {
           return AntennaPositionModel<double, kOffsets>{filter_.plane(), at, axis, lever, variance};
         });
     reopen(ranges_rejected_since_, position_in ? 1 : 0, 1, events);
-    if (position_in) note_full_epoch();
+    if (position_in) full_epochs_.add(last_.time);
     if (!fix.velocity_ned_mps) return;
     const bool velocity_in = update(
         Kind::velocity, fix.velocity_covariance_ned, [&](const Vector3d& axis, double variance) {
@@ -156,10 +149,20 @@ class InsEngine {
     if (velocity_in) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
   }
 
+  void apply(const WheelSpeed& wheels, EventLog& events) {
+    if constexpr (kWheels) {
+      const bool inflated = wheels_.update(filter_, wheels, [&](const ScalarUpdate<double>& u) {
+        record(events, Kind::wheels, {}, u);
+      });
+      if (inflated) events.note(last_.time, "wheels rejected for long: the covariance is inflated");
+      if (inflated) forget_phases();
+    }
+  }
+
   /// Its steps are written to `tape` from now on; null: to none.
   void record_to(SmootherTape<State>* tape) { filter_.ekf().recorder().tape = tape; }
   /// The estimate.
-  [[nodiscard]] InsView view() const {
+  [[nodiscard]] InsView<State> view() const {
     return {last_.time, filter_.plane(), filter_.clock_anchor_m(), filter_.state(),
             filter_.covariance()};
   }
@@ -174,32 +177,13 @@ class InsEngine {
  private:
   using Kind = InnovationRecord::Kind;
   using Vector3d = Eigen::Vector3d;
+  static constexpr bool kPhases = kHasEarlier<State>, kWheels = kHasOdometer<State>;
+  struct None {
+    explicit None(const GnssInsOptions&) {}
+  };
 
-  static Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start) {
-    using namespace ins_state;
-    State x;
-    x.velocity_mps = start.nav.velocity_ned_mps;
-    x.q_nu = start.nav.q_nb * o.q_body_imu;
-    Filter::Square p = Filter::Square::Zero();
-    const auto set = [&p](int first, const Vector3d& sigma) {
-      p.diagonal().segment<3>(first) = sigma.cwiseAbs2();
-    };
-    set(kPosition, Vector3d::Constant(start.position_sigma_m));
-    set(kVelocity, Vector3d::Constant(start.velocity_sigma_mps));
-    // Tilt and heading are about north, east and down; the state's error about the unit's axes.
-    const Eigen::Matrix3d c = x.q_nu.matrix();
-    const Vector3d level(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
-    p.block<3, 3>(kAttitude, kAttitude) = c.transpose() * level.cwiseAbs2().asDiagonal() * c;
-    const bool bias_known = start.gyro_bias_sigma_radps > 0.0;
-    if (bias_known) x.gyro_bias_radps = start.gyro_bias_radps;
-    set(kGyroBias,
-        bias_known ? Vector3d::Constant(start.gyro_bias_sigma_radps) : o.imu.gyro_bias_radps.sigma);
-    set(kAccelBias, o.imu.accel_bias_mps2.sigma);
-    set(kGyroScale, o.imu.gyro_scale.sigma);
-    set(kAccelScale, o.imu.accel_scale.sigma);
-    p.diagonal().tail<2 + kOffsets>().setConstant(1e4);
-    const Vector3d lever = o.q_body_imu.inverse() * o.antenna_lever_arm_m;
-    return {start.nav.position, 0.0, x, p, InsNoise<double>(o.imu, o.clock), lever};
+  void forget_phases() {
+    if constexpr (kPhases) phases_.forget();
   }
 
   void predict(const ImuInterval& imu, bool in_gap) {
@@ -225,11 +209,11 @@ class InsEngine {
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - down * down.transpose();
     struct Step {
       State state;
-      Filter::Square phi, q;
+      typename Filter::Square phi, q;
     };
     Step step{filter_.state(), Filter::Square::Identity(), Filter::Square::Zero()};
-    step.phi.block<3, 3>(kAttitude, kAttitude) = across;
-    step.q.block<3, 3>(kAttitude, kAttitude) =
+    step.phi.template block<3, 3>(kAttitude, kAttitude) = across;
+    step.q.template block<3, 3>(kAttitude, kAttitude) =
         kNoHeadingSigma_rad * kNoHeadingSigma_rad * down * down.transpose();
     const double a = options_.gap_acceleration_mps2;
     for (int i = 0; i < 2; ++i) step.q(kVelocity + i, kVelocity + i) = a * a * dt_s;
@@ -255,7 +239,8 @@ class InsEngine {
   }
 
   void update_standstill(EventLog& events) {
-    const auto velocity_variance = filter_.covariance().diagonal().segment<3>(ins_state::kVelocity);
+    const auto velocity_variance =
+        filter_.covariance().diagonal().template segment<3>(ins_state::kVelocity);
     if (!zero_velocity_.update(
             last_.time, recent_,
             {filter_.state().gyro_bias_radps, filter_.state().velocity_mps.norm(),
@@ -277,8 +262,12 @@ class InsEngine {
   }
 
   void update_non_holonomic(EventLog& events) {
-    const double limit_s = std::max(0.3, 1.5 * epoch_interval_s_);
-    if (last_full_epoch_ && to_seconds(last_.time - *last_full_epoch_) < limit_s) return;
+    const bool with_satellites = full_epochs_.are_recent(last_.time);
+    if constexpr (kWheels)
+      return wheels_.update_across(filter_, with_satellites, [&](const ScalarUpdate<double>& u) {
+        record(events, Kind::constraint, {}, u);
+      });
+    if (with_satellites) return;
     if (filter_.state().velocity_mps.norm() < 0.5) return;
     const double sigma = options_.non_holonomic_sigma_mps;
     for (int axis = 1; axis < 3; ++axis) {
@@ -289,14 +278,6 @@ class InsEngine {
           options_.gate_sigma);
       record(events, Kind::constraint, {}, u);
     }
-  }
-
-  void note_full_epoch() {
-    if (last_full_epoch_) {
-      const double interval_s = to_seconds(last_.time - *last_full_epoch_);
-      epoch_interval_s_ += 0.1 * (std::min(interval_s, 2.0) - epoch_interval_s_);
-    }
-    last_full_epoch_ = last_.time;
   }
 
   void record(EventLog& events, Kind kind, SatelliteId id, const ScalarUpdate<double>& u) const {
@@ -317,16 +298,13 @@ class InsEngine {
     if (rejected_s < options_.gate_reopen_s) return;
     using namespace ins_state;
     const auto worst = [this](int first) {
-      return filter_.covariance().diagonal().segment<3>(first).maxCoeff();
+      return filter_.covariance().diagonal().template segment<3>(first).maxCoeff();
     };
-    const auto inflate = [this](int first, int count) {
-      filter_.ekf().scale_sigma(first, count, 1.5);
-      filter_.ekf().recorder().scale_sigma(first, count, 1.5);
-    };
-    if (worst(kPosition) < 1e8) inflate(kPosition, 6);
+    if (worst(kPosition) < 1e8) inflate(filter_, kPosition, 6);
     // Tilt and heading are more reliable, and essential: inflated less.
-    if (worst(kAttitude) < 0.15 * 0.15) inflate(kAttitude, 3);
-    inflate(kClock, 2);
+    if (worst(kAttitude) < 0.15 * 0.15) inflate(filter_, kAttitude, 3);
+    inflate(filter_, kClock, 2);
+    forget_phases();
     events.note(last_.time, "most ranges or rates rejected for long: the covariance is inflated");
     if (rejected_s > 10.0 * options_.gate_reopen_s) lost_ = true;
   }
@@ -337,11 +315,13 @@ class InsEngine {
   ImuSample last_;
   RecentReadings recent_;
   ZeroVelocityDetector zero_velocity_;
-  std::optional<LogTime> last_constraint_, last_full_epoch_;
-  double epoch_interval_s_ = 1.0;
+  std::optional<LogTime> last_constraint_;
+  FullEpochs full_epochs_;
   bool lost_ = false;
   ReceiverClocks clocks_;
-  GnssErrors errors_;
+  GnssErrors<Filter> errors_;
+  [[no_unique_address]] std::conditional_t<kPhases, PhaseChanges<Filter>, None> phases_;
+  [[no_unique_address]] std::conditional_t<kWheels, WheelUpdates<Filter>, None> wheels_;
   std::optional<LogTime> ranges_rejected_since_, rates_rejected_since_;
 };
 

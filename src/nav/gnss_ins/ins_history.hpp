@@ -2,10 +2,10 @@
 
 // What smoothing needs of the past: the filter's tape, and what its marks were relative to.
 
+#include <any>
 #include <chrono>
 #include <cstddef>
 #include <deque>
-#include <functional>
 #include <optional>
 #include <utility>
 
@@ -13,16 +13,17 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/filter/smoother.hpp>
 
+#include "nav/gnss_ins/any_filter.hpp"
 #include "nav/gnss_ins/ins_view.hpp"
 
 namespace wayfare::nav {
 
-using InsAdjoint = SmootherAdjoint<InsRangeFilter::State>;
-
+template <class State>
 class InsHistory {
  public:
-  using Tape = SmootherTape<InsRangeFilter::State>;
-  using Place = Tape::Place;
+  using Tape = SmootherTape<State>;
+  using Place = typename Tape::Place;
+  using View = InsView<State>;
 
   /// What a mark's state is relative to.
   struct MarkPlace {
@@ -40,7 +41,7 @@ class InsHistory {
   void restart() {
     if (kept_) tape_.restart();
   }
-  void mark(const InsView& now) {
+  void mark(const View& now) {
     if (!kept_) return;
     tape_.mark(now.x, now.p);
     places_.push_back({now.time, now.plane, now.clock_anchor_m});
@@ -63,21 +64,43 @@ class InsHistory {
   /// A smoothed estimate.
   struct Smoothed {
     const MarkPlace& place;
-    Tape::Mark mark;
-    [[nodiscard]] InsView view() const {
+    typename Tape::Mark mark;
+    [[nodiscard]] View view() const {
       return {place.time, place.plane, place.clock_anchor_m, mark.state, mark.covariance};
     }
   };
   /// Calls at_mark(time, smoothed) at each mark, the newest first, where smoothed() is a Smoothed,
   /// until it returns false.
   template <class AtMark>
-  void back(InsAdjoint& adjoint, const AtMark& at_mark) const {
+  void back(SmootherAdjoint<State>& adjoint, const AtMark& at_mark) const {
     bool more = true;
-    tape_.back(adjoint, [&](std::size_t i, const Tape::Mark& filtered, const InsAdjoint& a) {
-      const auto smoothed_here = [&] {
-        return Smoothed{places_[i], smoothed<InsRangeFilter::State>(filtered, a)};
-      };
+    tape_.back(adjoint, [&](std::size_t i, const typename Tape::Mark& filtered,
+                            const SmootherAdjoint<State>& a) {
+      const auto smoothed_here = [&] { return Smoothed{places_[i], smoothed<State>(filtered, a)}; };
       more = more && at_mark(places_[i].time, smoothed_here);
+    });
+  }
+
+  /// The smoothed estimate at the newest mark at or before `wanted`.
+  [[nodiscard]] std::optional<GnssInsEstimate> estimate(LogTime wanted,
+                                                        const SO3d& q_body_imu) const {
+    std::optional<GnssInsEstimate> found;
+    SmootherAdjoint<State> adjoint;
+    back(adjoint, [&](LogTime time, const auto& smoothed) {
+      if (time > wanted) return true;
+      found = smoothed().view().estimate(q_body_imu);
+      return false;
+    });
+    return found;
+  }
+
+  /// As AnyInsFilter::smooth.
+  void smooth(InsAdjoint& adjoint, const SO3d& q_body_imu, const SmoothedSink& sink) const {
+    if (!adjoint.has_value()) adjoint = SmootherAdjoint<State>{};
+    back(std::any_cast<SmootherAdjoint<State>&>(adjoint), [&](LogTime, const auto& smoothed) {
+      const auto now = smoothed();
+      sink(now.view().point(q_body_imu), [&] { return now.view().estimate(q_body_imu); });
+      return true;
     });
   }
 
@@ -88,17 +111,3 @@ class InsHistory {
 };
 
 }  // namespace wayfare::nav
-
-namespace wayfare::detail {
-
-/// The history of a GnssIns, for smoothing over a whole recording.
-struct InsHistoryAccess {
-  /// Keeps all that the filter does from now on.
-  static void keep(GnssIns& filter);
-  /// Calls `sink` with each smoothed estimate since, the newest first. `adjoint` is that of the end
-  /// and becomes that of the beginning.
-  static void smooth(const GnssIns& filter, nav::InsAdjoint& adjoint,
-                     const std::function<void(const nav::InsView&)>& sink);
-};
-
-}  // namespace wayfare::detail

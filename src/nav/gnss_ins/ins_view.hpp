@@ -9,13 +9,24 @@
 
 namespace wayfare::nav {
 
-/// State and covariance of the filter at one instant, and what they are relative to.
+/// Whether a state has the blocks of wheels, and of an earlier antenna position.
+template <class State>
+inline constexpr bool kHasOdometer = requires(const State& x) {
+  x.odometer;
+};
+template <class State>
+inline constexpr bool kHasEarlier = requires(const State& x) {
+  x.earlier;
+};
+
+/// State and covariance of a filter at one instant, and what they are relative to.
+template <class State>
 struct InsView {
   LogTime time;
   const LocalTangentPlane& plane;
   double clock_anchor_m;
-  const InsRangeFilter::State& x;
-  const InsRangeFilter::Square& p;
+  const State& x;
+  const SquareOf<State>& p;
 
   [[nodiscard]] NavState nav(const SO3d& q_body_imu) const {
     return {time, plane.geodetic(x.position_m), x.velocity_mps, x.q_nu * q_body_imu.inverse()};
@@ -34,7 +45,13 @@ struct InsView {
     // The attitude error in body axes: R_body_unit · unit error.
     Eigen::Matrix<double, kSize, kSize> rotation = Eigen::Matrix<double, kSize, kSize>::Identity();
     rotation.block<3, 3>(kAttitude, kAttitude) = q_body_imu.matrix();
-    e.covariance = rotation * p.topLeftCorner<kSize, kSize>() * rotation.transpose();
+    e.covariance = rotation * p.template topLeftCorner<kSize, kSize>() * rotation.transpose();
+    if constexpr (kHasOdometer<State>) {
+      constexpr int k = State::template index<ins::Odometer<double>>();
+      e.odometer = OdometerEstimate{x.odometer[0], x.odometer.template segment<2>(1),
+                                    x.odometer.template tail<3>(),
+                                    p.diagonal().template segment<6>(k).cwiseMax(0.0).cwiseSqrt()};
+    }
     return e;
   }
 
@@ -42,13 +59,14 @@ struct InsView {
     using namespace ins_state;
     GnssInsPoint point;
     point.nav = nav(q_body_imu);
-    Eigen::Matrix<double, kSize, 1> variance = p.diagonal().head<kSize>();
+    Eigen::Matrix<double, kSize, 1> variance = p.diagonal().template head<kSize>();
     const Eigen::Matrix3d r = q_body_imu.matrix();
     variance.segment<3>(kAttitude) =
-        (r * p.block<3, 3>(kAttitude, kAttitude) * r.transpose()).diagonal();
-    point.sigma = variance.cwiseMax(0.0).cwiseSqrt().cast<float>();
-    point.imu_errors << x.gyro_bias_radps.cast<float>(), x.accel_bias_mps2.cast<float>(),
-        x.gyro_scale.cast<float>(), x.accel_scale.cast<float>();
+        (r * p.template block<3, 3>(kAttitude, kAttitude) * r.transpose()).diagonal();
+    point.sigma = variance.cwiseMax(0.0).cwiseSqrt().template cast<float>();
+    point.imu_errors << x.gyro_bias_radps.template cast<float>(),
+        x.accel_bias_mps2.template cast<float>(), x.gyro_scale.template cast<float>(),
+        x.accel_scale.template cast<float>();
     point.clock_bias_m = clock_anchor_m + x.clock[0];
     point.clock_drift_mps = x.clock[1];
     return point;

@@ -10,7 +10,7 @@
 
 namespace wayfare::nav {
 
-using Measurement = std::variant<ImuSample, RangeEpoch, GnssFix>;
+using Measurement = std::variant<ImuSample, RangeEpoch, GnssFix, WheelSpeed>;
 
 [[nodiscard]] inline LogTime time_of(const Measurement& m) {
   return std::visit([](const auto& x) { return x.time; }, m);

@@ -8,7 +8,7 @@
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 
-#include "nav/gnss_ins/ins_engine.hpp"
+#include "nav/gnss_ins/on_earth.hpp"
 #include "nav/gnss_ins/receiver_clocks.hpp"
 
 namespace wayfare::nav {
@@ -35,6 +35,8 @@ namespace wayfare::nav {
          (!f.velocity_ned_mps || (plausible_velocity(*f.velocity_ned_mps) &&
                                   is_positive_definite(f.velocity_covariance_ned)));
 }
+
+[[nodiscard]] inline bool plausible(const WheelSpeed& s) { return std::abs(s.speed_mps) < 1000.0; }
 
 [[nodiscard]] inline bool plausible(const GnssInsStart& s) {
   const auto sigma = [](double value) { return value >= 0.0 && std::isfinite(value * value); };

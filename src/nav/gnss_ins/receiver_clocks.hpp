@@ -18,7 +18,18 @@
 namespace wayfare::nav {
 
 inline constexpr int kOffsets = kGnssSystems - 1;
-using InsRangeFilter = InsFilter<double, kOffsets, CorrelatedErrors<InsState<double, kOffsets>>>;
+/// With further blocks of states.
+template <class... Further>
+using InsRangeFilter =
+    InsFilter<double, kOffsets, CorrelatedErrors<InsState<double, kOffsets, Further...>>,
+              Further...>;
+
+/// Multiplies standard deviations of the state's errors by 1.5, with the correlations as they are.
+template <class Filter>
+void inflate(Filter& filter, int first, int count) {
+  filter.ekf().scale_sigma(first, count, 1.5);
+  filter.ekf().recorder().scale_sigma(first, count, 1.5);
+}
 
 // Of these values: finite, and within limits that exclude overflow and the loss of all digits.
 [[nodiscard]] inline bool is_usable_sigma(double sigma) { return sigma > 1e-6 && sigma < 1e9; }
@@ -38,7 +49,8 @@ class ReceiverClocks {
 
   /// Initialises the filter's clocks for the ranges of an epoch. False if no clock can be
   /// determined yet; `notice` is set on events.
-  [[nodiscard]] bool prepare(InsRangeFilter& filter, const RangeEpoch& epoch, std::string& notice) {
+  template <class F>
+  [[nodiscard]] bool prepare(F& filter, const RangeEpoch& epoch, std::string& notice) {
     if (!known_) {
       set(filter, epoch);
       if (!known_) return false;
@@ -82,9 +94,9 @@ class ReceiverClocks {
   }
 
   /// Of the usable measurements.
-  template <class Usable, class ModelOf>
-  static Residuals residuals(const InsRangeFilter& filter, const RangeEpoch& epoch,
-                             const Usable& usable, const ModelOf& model_of) {
+  template <class F, class Usable, class ModelOf>
+  static Residuals residuals(const F& filter, const RangeEpoch& epoch, const Usable& usable,
+                             const ModelOf& model_of) {
     Residuals r;
     for (const CorrectedRange& s : epoch.satellites) {
       if (!usable(s)) continue;
@@ -97,14 +109,16 @@ class ReceiverClocks {
   }
 
   /// Adds `step` to clock `i` of the state and resets its variance.
-  static void restart(InsRangeFilter& filter, int i, double step, double variance) {
-    InsRangeFilter::State x = filter.state();
+  template <class F>
+  static void restart(F& filter, int i, double step, double variance) {
+    typename F::State x = filter.state();
     x.clock[i] += step;
     filter.ekf().set_state(x);
     filter.ekf().reset_variance(ins_state::kClock + i, variance);
   }
 
-  void set(InsRangeFilter& filter, const RangeEpoch& epoch) {
+  template <class F>
+  void set(F& filter, const RangeEpoch& epoch) {
     std::array<int, kGnssSystems> count{};
     for (const CorrectedRange& s : epoch.satellites)
       if (has_range(s)) ++count[static_cast<std::size_t>(s.satellite.system)];
@@ -123,7 +137,8 @@ class ReceiverClocks {
     initialised(reference_) = true;
   }
 
-  void add_new_systems(InsRangeFilter& filter, const RangeEpoch& epoch) {
+  template <class F>
+  void add_new_systems(F& filter, const RangeEpoch& epoch) {
     for (int i = 0; i < kGnssSystems; ++i) {
       const auto system = static_cast<GnssSystem>(i);
       if (initialised(system)) continue;
@@ -135,7 +150,8 @@ class ReceiverClocks {
   }
 
   /// Returns the jump, or zero.
-  double correct_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const {
+  template <class F>
+  double correct_jump(F& filter, const RangeEpoch& epoch) const {
     Residuals range = ranges(filter, epoch);
     if (range.innovation.empty()) return 0.0;
     const double shift = upper_median_of(range.innovation), sigma = upper_median_of(range.sigma);
@@ -151,13 +167,15 @@ class ReceiverClocks {
     return shift;
   }
 
-  [[nodiscard]] Residuals ranges(const InsRangeFilter& filter, const RangeEpoch& epoch) const {
+  template <class F>
+  [[nodiscard]] Residuals ranges(const F& filter, const RangeEpoch& epoch) const {
     return residuals(filter, epoch, has_range, [&](const CorrectedRange& s) {
       return filter.range_model(s, range_sigma_m(s), offset_of(s.satellite.system));
     });
   }
 
-  [[nodiscard]] Residuals rates(const InsRangeFilter& filter, const RangeEpoch& epoch) const {
+  template <class F>
+  [[nodiscard]] Residuals rates(const F& filter, const RangeEpoch& epoch) const {
     return residuals(filter, epoch, has_rate, [&](const CorrectedRange& s) {
       return filter.range_rate_model(s, rate_sigma_mps(s));
     });

@@ -15,11 +15,12 @@ struct Replay {
   GnssIns filter;
   Duration imu_offset;
   GnssInsResult result = {};
-  std::size_t ranges = 0, fixes = 0;
+  std::size_t ranges = 0, fixes = 0, wheels = 0;
 
   void step(const ImuSample& s) {
     feed(recording.ranges, ranges, s.time + imu_offset);
     feed(recording.fixes, fixes, s.time + imu_offset);
+    feed(recording.wheels, wheels, s.time + imu_offset);
     const bool used = report(s.time + imu_offset, filter.add(s));
     if (used && filter.started()) result.points.push_back(filter.point());
   }

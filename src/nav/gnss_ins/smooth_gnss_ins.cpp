@@ -5,14 +5,14 @@
 
 #include <wayfare/nav/gnss_ins.hpp>
 
-#include "nav/gnss_ins/ins_history.hpp"
+#include "nav/gnss_ins/any_filter.hpp"
 #include "nav/gnss_ins/replay.hpp"
 
 namespace wayfare {
 
 namespace {
 
-/// Of readings and range epochs.
+/// Of readings, range epochs and others.
 template <class T>
 void sort_by_time(std::vector<T>& all) {
   std::stable_sort(all.begin(), all.end(), [](const T& a, const T& b) { return a.time < b.time; });
@@ -21,7 +21,7 @@ void sort_by_time(std::vector<T>& all) {
 /// The filter before the first reading of a block of them, and how far it has come.
 struct Checkpoint {
   GnssIns filter;
-  std::size_t ranges, fixes;
+  std::size_t ranges, fixes, wheels;
 };
 
 class Smoothing {
@@ -31,6 +31,7 @@ class Smoothing {
     sort_by_time(recording_.imu);
     sort_by_time(recording_.ranges);
     sort_by_time(recording_.fixes);
+    sort_by_time(recording_.wheels);
     // Nothing is late any more; without replay the filter is small.
     options_.max_lateness_s = 0.0;
     options_.smoothing_lag_s = 0.0;
@@ -44,21 +45,22 @@ class Smoothing {
 
   /// Filters block b, the next.
   void forward(std::size_t b) {
-    checkpoints_.push_back({replay_.filter, replay_.ranges, replay_.fixes});
+    checkpoints_.push_back({replay_.filter, replay_.ranges, replay_.fixes, replay_.wheels});
     run(replay_, b);
     replay_.collect();
     started_ = started_ || !replay_.result.points.empty();
     replay_.result.points.clear();
   }
   /// Smooths block b, the one before that of the last call.
-  void backward(std::size_t b, const std::function<void(const nav::InsView&)>& sink) {
+  void backward(std::size_t b, const nav::SmoothedSink& sink) {
     Checkpoint& from = checkpoints_[b];
     nav::Replay replay{recording_, std::move(from.filter), offset()};
     checkpoints_.pop_back();
-    replay.ranges = from.ranges, replay.fixes = from.fixes;
-    detail::InsHistoryAccess::keep(replay.filter);
+    replay.ranges = from.ranges, replay.fixes = from.fixes, replay.wheels = from.wheels;
+    nav::AnyInsFilter& filter = detail::InsHistoryAccess::filter(replay.filter);
+    filter.keep();
     run(replay, b);
-    detail::InsHistoryAccess::smooth(replay.filter, adjoint_, sink);
+    filter.smooth(adjoint_, sink);
   }
   [[nodiscard]] const GnssIns& filter() const { return replay_.filter; }
   /// Whether there is any solution.
@@ -105,9 +107,9 @@ Result<GnssInsResult> smooth_once(const GnssInsRecording& recording, const GnssI
   for (std::size_t b = blocks; b-- > 0;) {
     if (stop.stop_requested()) return nav::stopped();
     report(static_cast<double>(blocks) + 2.0 * static_cast<double>(blocks - 1 - b));
-    smoothing.backward(b, [&](const nav::InsView& now) {
-      result.points.push_back(now.point(options.q_body_imu));
-      if (each) each(now.estimate(options.q_body_imu));
+    smoothing.backward(b, [&](const GnssInsPoint& point, const auto& estimate) {
+      result.points.push_back(point);
+      if (each) each(estimate());
     });
   }
   std::reverse(result.points.begin(), result.points.end());

@@ -49,6 +49,8 @@ struct Run {
         ranges(simulate_ranges(path, constellation, options.ranges, rng.stream(1))),
         filter(options.filter) {
     Rng start_noise = rng.stream(2);
+    if (filter.odometer)
+      wheels = simulate_wheel_speeds(path, options.wheels, rng.stream(3)).readings;
     filter.imu = options.imu.noise;
     filter.clock = options.ranges.clock;
     filter.q_body_imu = options.imu.q_body_imu;
@@ -59,6 +61,7 @@ struct Run {
   const VehicleTrajectory& trajectory;
   SimulatedUnit unit;
   SimulatedRanges ranges;
+  std::vector<WheelSpeed> wheels;
   GnssInsOptions filter;
   GnssInsStart start;
 };
@@ -67,10 +70,12 @@ InsErrorSeries filtered(Run& run) {
   GnssIns filter(run.filter);
   filter.start(run.start);
   InsErrorSeries series;
-  std::size_t k = 0;
+  std::size_t k = 0, wheel = 0;
   for (ImuSample sample; run.unit.read(sample);) {
     const LogTime now = sample.time;
     (void)filter.add(sample);
+    for (; wheel < run.wheels.size() && run.wheels[wheel].time <= now; ++wheel)
+      (void)filter.add(run.wheels[wheel]);
     for (; k < run.ranges.epochs.size() && run.ranges.epochs[k].time <= now; ++k) {
       (void)filter.add(run.ranges.epochs[k]);
       if (run.ranges.epochs[k].time != now || !filter.started()) continue;
@@ -96,6 +101,7 @@ InsErrorSeries smoothed(Run& run) {
       epochs.emplace_back(k, run.unit.errors());
   }
   recording.ranges = run.ranges.epochs;
+  recording.wheels = run.wheels;
   InsErrorSeries series;
   static_cast<void>(smooth_gnss_ins(recording, run.filter, {}, {}, [&](const GnssInsEstimate& e) {
     if (epochs.empty() || e.nav.time != run.ranges.epochs[epochs.back().first].time) return;

@@ -24,7 +24,9 @@ enum Stream : std::uint64_t { kClock, kFirstSatellite };
 class SatelliteNoise {
  public:
   explicit SatelliteNoise(const Rng& rng)
-      : white_(rng.stream(0)), bursts_(rng.stream(1)), slow_(rng.stream(2)) {}
+      : white_(rng.stream(0)), bursts_(rng.stream(1)), phase_(rng.stream(2)), slow_(rng.stream(3)) {
+    cycles = std::floor(phase_.uniform(-1e6, 1e6));
+  }
 
   void step(double range_sigma_m, double rate_sigma_mps, const MultipathBursts& multipath,
             double seconds) {
@@ -49,10 +51,20 @@ class SatelliteNoise {
     return *correlated_;
   }
 
+  void step_phase(const PhaseParams& params, double seconds) {
+    phase_m = phase_.normal(0.0, params.sigma_m);
+    const double begin = phase_.uniform(), size = phase_.uniform(-20.0, 20.0);
+    const bool slips = begin < -std::expm1(-params.slips_per_satellite_hour * seconds / 3600.0);
+    interrupted = phase_.uniform() < params.announced && slips;
+    if (slips) cycles += size < 0.0 ? std::floor(size) : std::ceil(size);
+  }
+
   double range_m = 0.0, rate_mps = 0.0;
+  double phase_m = 0.0, cycles = 0.0;
+  bool interrupted = false;
 
  private:
-  Rng white_, bursts_, slow_;
+  Rng white_, bursts_, phase_, slow_;
   std::optional<double> correlated_;
   double burst_left_s_ = 0.0, excess_m_ = 0.0;
 };
@@ -63,6 +75,17 @@ std::vector<SatelliteNoise> satellite_noises(const Rng& rng, std::uint64_t first
   std::vector<SatelliteNoise> noises;
   for (std::size_t i = 0; i < count; ++i) noises.emplace_back(rng.stream(first_stream + i));
   return noises;
+}
+
+/// Phases of satellites that were not measured in the epoch before have another ambiguity.
+template <class Epoch>
+void interrupt_new(const std::vector<Epoch>& before, Epoch& epoch) {
+  for (auto& s : epoch.satellites) {
+    const auto same = [&](const auto& other) { return other.satellite == s.satellite; };
+    if (before.empty() ||
+        std::none_of(before.back().satellites.begin(), before.back().satellites.end(), same))
+      s.phase_interrupted = true;
+  }
 }
 
 CorrectedRange true_range(SatelliteId id, const SatelliteMotion& satellite,
@@ -85,15 +108,21 @@ double first_carrier_hz(const Ephemeris& message) {
   return satellite_of(message).system == GnssSystem::beidou ? carrier::kB1I : carrier::kL1;
 }
 
-double air_delay_m(const ObservationParams& params, const Ephemerides& ephemerides,
+/// Delays of the code; the ionosphere advances the phase by as much.
+struct AirDelay {
+  double troposphere_m = 0.0, ionosphere_m = 0.0;
+};
+
+AirDelay air_delay(const ObservationParams& params, const Ephemerides& ephemerides,
                    Time<GpsClock> time, const Geodetic& place, const LineOfSight& sight,
                    double carrier_hz) {
-  double delay = params.troposphere ? troposphere_delay_m(place, sight) : 0.0;
+  AirDelay delay{params.troposphere ? troposphere_delay_m(place, sight) : 0.0, 0.0};
   if (!params.ionosphere) return delay;
   const auto& broadcast =
       ephemerides.gps_ionosphere ? ephemerides.gps_ionosphere : ephemerides.beidou_ionosphere;
-  return delay + ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time, place,
-                                    sight, carrier_hz);
+  delay.ionosphere_m = ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time,
+                                          place, sight, carrier_hz);
+  return delay;
 }
 
 // The receiver at an epoch: true position, time, and its clock's reading.
@@ -105,7 +134,7 @@ struct Receiver {
 };
 
 SatelliteObservation observe(const Receiver& receiver, const Ephemeris& message,
-                             const SatelliteMotion& satellite, double air_m) {
+                             const SatelliteMotion& satellite, const AirDelay& air) {
   const Eigen::Vector3d line = satellite.position_ecef_m - receiver.antenna.position_m;
   const Eigen::Vector3d u = line.normalized();
   const double c = kSpeedOfLight_mps;
@@ -113,8 +142,8 @@ SatelliteObservation observe(const Receiver& receiver, const Ephemeris& message,
   o.satellite = satellite_of(message);
   o.carrier_hz = first_carrier_hz(message);
   const double delay_s = group_delay_s(message, o.carrier_hz).value_or(0.0);
-  o.pseudorange_m =
-      line.norm() + receiver.clock.bias_m - c * (satellite.clock_bias_s - delay_s) + air_m;
+  o.pseudorange_m = line.norm() + receiver.clock.bias_m - c * (satellite.clock_bias_s - delay_s) +
+                    (air.troposphere_m + air.ionosphere_m);
   // The derivative of the range with respect to the time of reception: the travel time changes too,
   // and the axes of reception rotate meanwhile.
   const double stretch = u.dot(satellite.velocity_ecef_mps) / c;
@@ -126,6 +155,12 @@ SatelliteObservation observe(const Receiver& receiver, const Ephemeris& message,
                       c * satellite.clock_drift;
   o.doppler_hz = -rate * o.carrier_hz / c;
   return o;
+}
+
+/// Carrier phase without noise and ambiguity.
+double carrier_m(const Receiver& receiver, const SatelliteMotion& satellite, const AirDelay& air) {
+  return (satellite.position_ecef_m - receiver.antenna.position_m).norm() + receiver.clock.bias_m -
+         kSpeedOfLight_mps * satellite.clock_bias_s + air.troposphere_m - air.ionosphere_m;
 }
 
 }  // namespace
@@ -210,6 +245,13 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
       if (!satellite || elevation(place, satellite->position_ecef_m) < params.elevation_mask)
         continue;
       CorrectedRange range = true_range(id, *satellite, antenna, params);
+      if (params.phases) {
+        noises[i].step_phase(*params.phases, dt);
+        range.phase_m = range.range_m + clock.bias_m + noises[i].phase_m +
+                        noises[i].cycles * kSpeedOfLight_mps / carrier::kL1;
+        range.phase_sigma_m = params.phases->sigma_m;
+        range.phase_interrupted = noises[i].interrupted;
+      }
       range.range_m += clock.bias_m + noises[i].range_m;
       range.range_rate_mps += clock.drift_mps + noises[i].rate_mps;
       directions.push_back((range.position_ecef_m - antenna.position_m).normalized());
@@ -219,6 +261,7 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
     for (const std::size_t i : best_geometry(
              directions, std::min(params.max_satellites, satellites_allowed(params.outages, t))))
       epoch.satellites.push_back(seen[i]);
+    if (params.phases) interrupt_new(result.epochs, epoch);
     result.epochs.push_back(std::move(epoch));
     result.clocks.push_back(clock);
   }
@@ -295,9 +338,15 @@ SimulatedObservations simulate_observations(const VehicleTrajectory& trajectory,
       if (!satellite) continue;
       const LineOfSight sight = line_of_sight(r.place, satellite->position_ecef_m);
       if (sight.elevation_rad < params.elevation_mask.radians()) continue;
-      SatelliteObservation o = observe(
-          r, *message, *satellite,
-          air_delay_m(params, ephemerides, epoch.time, r.place, sight, first_carrier_hz(*message)));
+      const AirDelay air =
+          air_delay(params, ephemerides, epoch.time, r.place, sight, first_carrier_hz(*message));
+      SatelliteObservation o = observe(r, *message, *satellite, air);
+      if (params.phases) {
+        noises[i].step_phase(*params.phases, dt);
+        o.carrier_cycles =
+            (carrier_m(r, *satellite, air) + noises[i].phase_m) / wavelength + noises[i].cycles;
+        o.phase_interrupted = noises[i].interrupted;
+      }
       o.pseudorange_m += noises[i].range_m;
       o.doppler_hz -= noises[i].rate_mps / wavelength;
       o.cn0_dbhz = params.cn0_horizon_dbhz + (params.cn0_zenith_dbhz - params.cn0_horizon_dbhz) *
@@ -305,10 +354,12 @@ SimulatedObservations simulate_observations(const VehicleTrajectory& trajectory,
       directions.push_back((satellite->position_ecef_m - r.antenna.position_m).normalized());
       epoch.satellites.push_back(o);
     }
-    result.epochs.push_back({epoch.time, {}});
+    ObservationEpoch chosen{epoch.time, {}};
     const std::size_t allowed = satellites_allowed(params.outages, t);
     for (const std::size_t i : best_geometry(directions, std::min(directions.size(), allowed)))
-      result.epochs.back().satellites.push_back(epoch.satellites[i]);
+      chosen.satellites.push_back(epoch.satellites[i]);
+    if (params.phases) interrupt_new(result.epochs, chosen);
+    result.epochs.push_back(std::move(chosen));
     result.clocks.push_back(r.clock);
   }
   return result;

@@ -1,0 +1,10 @@
+#include "nav/gnss_ins/filter.hpp"
+#include "nav/gnss_ins/filter_kinds.hpp"
+
+namespace wayfare::nav {
+
+std::unique_ptr<AnyInsFilter> make_phase_filter(const GnssInsOptions& options) {
+  return std::make_unique<InsFilterWith<ins::EarlierAntenna<double>>>(options);
+}
+
+}  // namespace wayfare::nav
