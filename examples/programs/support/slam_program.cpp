@@ -115,6 +115,7 @@ Result<Doubt> run(const Arguments& o, const LogProgram& program) {
   const auto report = write_slam_outputs(o.out, outputs, o.write(), o.json);
   if (!report) return report.error();
   if (!o.quiet) print_report(outputs, *report);
+  if (doubt.why.empty()) doubt.why = slam.doubt;
   return doubt;
 }
 

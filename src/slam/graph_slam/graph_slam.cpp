@@ -28,6 +28,10 @@ OccupancyGrid GraphSlam::map(const OccupancyGridOptions& shape,
   return engine_->map(shape, model);
 }
 
+double GraphSlam::crossing_share(const OccupancyGrid& map) const {
+  return engine_->crossing_share(map);
+}
+
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options,
                                     const SlamProgress& progress) {
   options.T_base_laser = recording.T_base_laser;

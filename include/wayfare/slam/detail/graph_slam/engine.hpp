@@ -13,6 +13,7 @@
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/slam/detail/graph_slam/loop_closer.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
+#include <wayfare/slam/detail/graph_slam/piece_joiner.hpp>
 #include <wayfare/slam/detail/graph_slam/tracker.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/detail/motion.hpp>
@@ -33,19 +34,22 @@ class GraphSlamEngine {
       : options_(with_valid_counts(options)),
         motion_model_(options.odometry, options.constant_velocity),
         tracker_(options_, make(options_)),
-        loop_closer_(options_, make(options_)) {}
+        loop_closer_(options_, make(options_)),
+        joiner_(options_, make(options_)) {}
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<OdomPose>& odom_pose) {
     const std::optional<SE2d> odometry = raw(odom_pose);
     if (auto ok = check_scan(scan, odometry, scans_); !ok) return ok.error();
     const PointSet points = points_of(scan);
-    Result<ScanOutcome> placed =
-        nodes_.size() == 0 ? begin(points, odometry)
-                           : track_scan(points, motion_model_.predict(scan.time, odometry));
+    Result<ScanOutcome> placed = nodes_.size() == 0 ? begin(points, scan.time, odometry)
+                                                    : track_scan(points, scan.time, odometry);
     if (!placed) return placed;
     ScanOutcome& outcome = *placed;
     motion_model_.update(scan.time, pose_, odometry);
-    if (outcome.became_node) close_loops(outcome);
+    if (outcome.became_node) {
+      close_loops(outcome);
+      join_pieces();
+    }
     outcome.T_map_base = MapPose(pose_);
     scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
     count(outcome);
@@ -54,6 +58,8 @@ class GraphSlamEngine {
 
   Result<void> finish() {
     if (nodes_.size() < 2) return {};
+    join_rest();
+    count_pieces();
     if (auto done = optimise(50, 1e-6); !done) return done;
     nodes_have_moved(latest_node() * scans_.back().T_node_base);
     return {};
@@ -81,6 +87,12 @@ class GraphSlamEngine {
 
   [[nodiscard]] const PoseGraph2& graph() const { return nodes_.graph(); }
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
+  /// Share of the rays of every fifth node that cross walls of the map.
+  [[nodiscard]] double crossing_share(const OccupancyGrid& map) const {
+    std::vector<PlacedPoints> all;
+    for (int k = 0; k < nodes_.size(); k += 5) all.push_back({&nodes_.points(k), nodes_.pose(k)});
+    return wayfare::detail::crossing_share(all, map, options_.T_base_laser.raw().translation());
+  }
 
  private:
   static GraphSlamOptions with_valid_counts(GraphSlamOptions o) {
@@ -96,20 +108,43 @@ class GraphSlamEngine {
   }
 
   /// The first scan is the first node, at the odometry pose.
-  ScanOutcome begin(const PointSet& points, const std::optional<SE2d>& odometry) {
+  ScanOutcome begin(const PointSet& points, LogTime time, const std::optional<SE2d>& odometry) {
     pose_ = odometry.value_or(SE2d());
     nodes_.start(pose_, points);
+    matched_at_ = time;
     ScanOutcome outcome;
     outcome.became_node = true;
     return outcome;
   }
 
-  /// Tracks the scan; adds a node if one is due. Changes nothing if the matching is in error.
-  Result<ScanOutcome> track_scan(const PointSet& points, const Motion& motion) {
-    const auto track = tracker_.place(nodes_, points, pose_ * motion.increment, motion);
+  /// Tracks the scan; adds a node if one is due, or begins a piece if tracking is lost. Changes
+  /// nothing if the matching is in error.
+  Result<ScanOutcome> track_scan(const PointSet& points, LogTime time,
+                                 const std::optional<SE2d>& odometry) {
+    const double step_s = to_seconds(time - scans_.back().time);
+    gap_.begin(to_seconds(time - matched_at_));
+    const double holds_s = std::max(kVelocityHolds_s, gap_.usual_s());
+    const Motion motion = motion_model_.predict(time, odometry, holds_s);
+    const Motion by_velocity = motion_model_.predict(time, {}, holds_s);
+    if (leaps(motion, by_velocity, step_s)) {
+      ++statistics_.odometry_leaps;
+      return begin_piece(points, time, by_velocity, 0.0);
+    }
+    const auto track = tracker_.place(nodes_, points, pose_ * motion.increment, motion, gap_);
     const MatcherErrors errors = tracker_.take_errors();
     if (!track) return track.error();
-    const auto& [match, widened] = *track;
+    const auto& [match, widened, sure] = *track;
+    const bool found = sure && match.score >= options_.lost_score;
+    if (is_lost(found, points, motion)) {
+      constexpr double kMargin_m = 1.0;
+      return begin_piece(points, time, motion, motion.measured ? 0.0 : gap_.reach()[0] + kMargin_m);
+    }
+    if (found) {
+      if (!motion.measured && matched_at_ == scans_.back().time)
+        gap_.add_error((pose_ * motion.increment).inverse() * match.T_map_points);
+      matched_at_ = time;
+    }
+    gap_.add_interval(step_s);
     pose_ = match.T_map_points;
     since_node_ = motion.accumulated(since_node_);
     ScanOutcome outcome;
@@ -120,7 +155,7 @@ class GraphSlamEngine {
     const double travel_m = step.translation().norm();
     const double turn_rad = std::abs(step.heading().radians());
     outcome.became_node =
-        travel_m > options_.node_distance_m || turn_rad > options_.node_turn.radians();
+        sure && (travel_m > options_.node_distance_m || turn_rad > options_.node_turn.radians());
     if (outcome.became_node) {
       nodes_.append(pose_, points, information(match, travel_m, turn_rad));
       since_node_.setZero();
@@ -128,6 +163,75 @@ class GraphSlamEngine {
     }
     statistics_.widened_searches += widened ? 1 : 0;
     return outcome;
+  }
+
+  /// Whether tracking is lost: after several scans in a row that were not matched, or one after a
+  /// break. Scans of few points say nothing.
+  bool is_lost(bool found, const PointSet& points, const Motion& motion) {
+    if (found) unsure_ = 0;
+    if (found || points.size() < Tracker<Matching>::kFewestPoints) return false;
+    ++unsure_;
+    if (motion.measured) return unsure_ >= options_.lost_scans;
+    return unsure_ >= options_.lost_scans_without_odometry || gap_.is_break();
+  }
+
+  /// Whether odometry contradicts the velocity by more than a robot accelerates: its counter was
+  /// set, or the robot carried.
+  static bool leaps(const Motion& odometry, const Motion& by_velocity, double step_s) {
+    if (!odometry.measured) return false;
+    const double change_m =
+        (odometry.increment.translation() - by_velocity.increment.translation()).norm();
+    return change_m > 1.5 + 3.0 * step_s;
+  }
+
+  /// The scan is the first node of a piece, beside the map. `reach_m`: how far it may be from the
+  /// pose predicted; 0 if that is not known.
+  ScanOutcome begin_piece(const PointSet& points, LogTime time, const Motion& motion,
+                          double reach_m) {
+    const int before = nodes_.latest();
+    const SE2d T_before_scan = latest_node().inverse() * pose_ * motion.increment;
+    pose_ = beside();
+    motion_model_.correct(pose_ * motion.increment.inverse());
+    nodes_.start(pose_, points);
+    if (reach_m > 0.0) joiner_.expect(nodes_.latest(), before, T_before_scan, reach_m);
+    since_node_.setZero();
+    tracker_.nodes_changed();
+    unsure_ = 0;
+    matched_at_ = time;
+    ScanOutcome outcome;
+    outcome.became_node = true;
+    return outcome;
+  }
+  /// A pose from which no scan reaches the map.
+  [[nodiscard]] SE2d beside() const {
+    double x = 0.0;
+    for (const SE2d& pose : nodes_.graph().poses) x = std::max(x, pose.x());
+    return SE2d(x + 2.0 * options_.max_range_m, 0.0, Angle());
+  }
+  void join_pieces() {
+    while (nodes_.parts().size() > 1) {
+      const auto edges = joiner_.search(nodes_, nodes_.latest());
+      if (edges.empty()) return;
+      join(edges);
+    }
+  }
+  /// Tries nodes of all parts again, now that the others are complete.
+  void join_rest() {
+    for (bool joined = true; joined && nodes_.parts().size() > 1;) {
+      joined = false;
+      for (int k = 2; k < nodes_.size() && !joined; k += 4) {
+        const auto edges = joiner_.search(nodes_, k);
+        joined = !edges.empty();
+        if (joined) join(edges);
+      }
+    }
+  }
+  void join(const std::vector<PoseEdge<SE2d>>& edges) {
+    const SE2d T_node_base = latest_node().inverse() * pose_;
+    nodes_.join(edges);
+    ++statistics_.joins;
+    (void)optimise(20, 1e-5);
+    nodes_have_moved(latest_node() * T_node_base);
   }
 
   /// Of the edge to a new node: that of the match, plus that of odometry along directions the match
@@ -167,6 +271,17 @@ class GraphSlamEngine {
     const bool first = statistics_.scans++ == 0;
     statistics_.unmatched_scans += outcome.matched || first ? 0 : 1;
     statistics_.matcher_errors.add(outcome.matcher_errors);
+    count_pieces();
+  }
+
+  void count_pieces() {
+    statistics_.pieces = static_cast<std::size_t>(nodes_.pieces());
+    statistics_.joins_refused = joiner_.refused();
+    statistics_.pieces_apart = 0;
+    if (nodes_.parts().size() < 2) return;
+    for (const int part : nodes_.parts())
+      if (part != 0 && nodes_.nodes_of_part(part).size() >= PieceJoiner<Matching>::kFewestNodes)
+        ++statistics_.pieces_apart;
   }
 
   [[nodiscard]] const SE2d& latest_node() const { return nodes_.pose(nodes_.latest()); }
@@ -175,11 +290,15 @@ class GraphSlamEngine {
   MotionModel motion_model_;
   Tracker<Matching> tracker_;
   LoopCloser<Matching> loop_closer_;
+  PieceJoiner<Matching> joiner_;
   PoseGraphOptimiser<SE2d> optimiser_;
 
   NodeMap nodes_;
   std::vector<ScanPose> scans_;
-  SE2d pose_;                                             // of the latest scan
+  Gap gap_;
+  LogTime matched_at_;  // the last scan that was surely
+  int unsure_ = 0;      // scans since the last that was matched surely
+  SE2d pose_;           // of the latest scan
   Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // covariance of the motion since the node
   GraphSlamStatistics statistics_;
 };
@@ -196,8 +315,11 @@ Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamP
   });
   if (!refused) return refused.error();
   if (auto ok = slam.finish(); !ok) return ok.error();
-  return GraphSlamRun{slam.trajectory(), slam.graph(),   slam.map(),
-                      slam.statistics(), refused->count, std::move(refused->first)};
+  OccupancyGrid map = slam.map();
+  const double crossing_share = slam.crossing_share(map);
+  return GraphSlamRun{slam.trajectory(), slam.graph(),   std::move(map),
+                      slam.statistics(), refused->count, std::move(refused->first),
+                      crossing_share};
 }
 
 }  // namespace wayfare::detail

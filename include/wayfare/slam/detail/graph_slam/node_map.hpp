@@ -1,8 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -15,7 +18,8 @@
 namespace wayfare::detail {
 
 /// The nodes: a pose graph, and for each pose the points seen from it. Indices start at 0; the
-/// latest is last.
+/// latest is last. Nodes in succession that are joined to each other are a piece of the trajectory;
+/// a new one begins where tracking was lost. Pieces joined by loops share a part of the map.
 class NodeMap {
  public:
   [[nodiscard]] int size() const { return graph_.size(); }
@@ -31,10 +35,12 @@ class NodeMap {
   [[nodiscard]] const PoseGraph2& graph() const { return graph_; }
   [[nodiscard]] PoseGraph2& graph() { return graph_; }
 
-  /// The first node.
+  /// The first node of a piece.
   void start(const SE2d& pose, const PointSet& points) {
-    graph_.add_pose(pose);
-    views_.push_back({points, 0.0});
+    views_.push_back({points, size() == 0 ? 0.0 : travel_m(latest())});
+    const int first = graph_.add_pose(pose);
+    pieces_.push_back({first, pieces()});
+    hold_parts();
   }
   /// A node joined to the latest by the relative pose.
   void append(const SE2d& pose, const PointSet& points, const Eigen::Matrix3d& information) {
@@ -44,20 +50,88 @@ class NodeMap {
     graph_.edges.push_back({before, graph_.add_pose(pose), step, information, false});
   }
 
-  /// Nodes first..last, as far as they exist, within `radius_m` of the last of them.
+  [[nodiscard]] int pieces() const { return static_cast<int>(pieces_.size()); }
+  [[nodiscard]] int first_of_piece(int piece) const { return at(piece).first; }
+  /// After the last node of a piece.
+  [[nodiscard]] int end_of_piece(int piece) const {
+    return piece + 1 < pieces() ? first_of_piece(piece + 1) : size();
+  }
+  /// Of a node.
+  [[nodiscard]] int piece_of(int k) const {
+    int piece = pieces() - 1;
+    while (first_of_piece(piece) > k) --piece;
+    return piece;
+  }
+  /// Of a node: the number of the first piece in its part of the map.
+  [[nodiscard]] int part_of(int k) const { return at(piece_of(k)).part; }
+  /// The first pieces of all parts.
+  [[nodiscard]] std::vector<int> parts() const {
+    std::vector<int> result;
+    for (int i = 0; i < pieces(); ++i)
+      if (at(i).part == i) result.push_back(i);
+    return result;
+  }
+  /// All nodes of a part, in order.
+  [[nodiscard]] std::vector<int> nodes_of_part(int part) const {
+    std::vector<int> result;
+    for (int i = 0; i < pieces(); ++i)
+      for (int k = first_of_piece(i); at(i).part == part && k < end_of_piece(i); ++k)
+        result.push_back(k);
+    return result;
+  }
+  /// Moves the later part by its edges to the earlier one, of which the first counts, and makes
+  /// them one.
+  void join(const std::vector<PoseEdge<SE2d>>& edges) {
+    const PoseEdge<SE2d>& e = edges.front();
+    const int to = part_of(e.to), from = part_of(e.from);
+    const SE2d T_from_to = pose(e.from) * e.measurement * pose(e.to).inverse();
+    move_part(std::max(from, to), to > from ? T_from_to : T_from_to.inverse());
+    for (Piece& piece : pieces_)
+      if (piece.part == std::max(from, to)) piece.part = std::min(from, to);
+    graph_.edges.insert(graph_.edges.end(), edges.begin(), edges.end());
+    hold_parts();
+  }
+  void move_part(int part, const SE2d& by) {
+    for (const int k : nodes_of_part(part)) {
+      SE2d& pose = graph_.poses[static_cast<std::size_t>(k)];
+      pose = by * pose;
+    }
+  }
+
+  /// The points of a node and `before` nodes of its piece before it in its frame, one per 10 cm
+  /// cell: a larger and less ambiguous view than a single scan.
+  [[nodiscard]] PointSet context(int of, int before) const {
+    constexpr double kCell_m = 0.1;
+    PointSet context;
+    std::unordered_set<std::int64_t> taken;
+    for (int k = of; k >= std::max(first_of_piece(piece_of(of)), of - before); --k) {
+      const SE2d T_of_node = pose(of).inverse() * pose(k);
+      const PointSet& seen = points(k);
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        const Eigen::Vector2d p = T_of_node * seen[i].cast<double>();
+        const auto x = static_cast<std::int64_t>(std::floor(p.x() / kCell_m));
+        const auto y = static_cast<std::int64_t>(std::floor(p.y() / kCell_m));
+        if (taken.insert((x << 32) ^ (y & 0xffffffff)).second) context.push_back(p.cast<float>());
+      }
+    }
+    return context;
+  }
+
+  /// Nodes first..last of the last one's piece, as far as they exist, within `radius_m` of the last
+  /// of them.
   [[nodiscard]] std::vector<PlacedPoints> chain(
       int first, int last, double radius_m = std::numeric_limits<double>::infinity()) const {
     std::vector<PlacedPoints> result;
     const int end = std::min(last, latest());
-    for (int k = std::max(first, 0); k <= end; ++k)
+    for (int k = std::max(first, first_of_piece(piece_of(end))); k <= end; ++k)
       if (distance_m(k, end) < radius_m) result.push_back({&points(k), pose(k)});
     return result;
   }
-  /// The `most` nodes nearest to a pose, within `radius_m`.
+  /// The `most` nodes of a part nearest to a pose, within `radius_m`.
   [[nodiscard]] std::vector<PlacedPoints> around(const SE2d& place, double radius_m,
-                                                 std::size_t most) const {
+                                                 std::size_t most, int part) const {
     std::vector<std::pair<double, int>> near;
-    for (int k = 0; k < size(); ++k) {
+    for (const int k : nodes_of_part(part)) {
       const double d = (pose(k).translation() - place.translation()).norm();
       if (d < radius_m) near.emplace_back(d, k);
     }
@@ -68,16 +142,41 @@ class NodeMap {
     return result;
   }
 
+  /// Of a part.
+  [[nodiscard]] int nearest(const SE2d& place, int part) const {
+    const auto away = [&](int k) {
+      return (pose(k).translation() - place.translation()).squaredNorm();
+    };
+    const std::vector<int> all = nodes_of_part(part);
+    return *std::min_element(all.begin(), all.end(),
+                             [&](int a, int b) { return away(a) < away(b); });
+  }
+
  private:
+  struct Piece {
+    int first = 0;  // node
+    int part = 0;   // first piece of its part
+  };
   struct View {
     PointSet points;
     double travel_m = 0.0;
   };
 
+  [[nodiscard]] const Piece& at(int piece) const {
+    return pieces_[static_cast<std::size_t>(piece)];
+  }
+  /// The first pose of each part is held, as no edge determines it.
+  void hold_parts() {
+    graph_.fixed.clear();
+    const std::vector<int> all = parts();
+    for (std::size_t i = 0; all.size() > 1 && i < all.size(); ++i)
+      graph_.fixed.push_back(first_of_piece(all[i]));
+  }
   [[nodiscard]] const View& view(int k) const { return views_[static_cast<std::size_t>(k)]; }
 
   PoseGraph2 graph_;
   std::vector<View> views_;  // one per pose
+  std::vector<Piece> pieces_;
 };
 
 }  // namespace wayfare::detail

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <numbers>
+
 #include <Eigen/Core>
 #include <Eigen/LU>
 
@@ -14,6 +17,60 @@ namespace wayfare::detail {
 struct Track {
   Placement placement;
   bool widened = false;
+  bool sure = true;  ///< false: as good as a match at a wrong pose may be
+};
+
+/// Without odometry the robot may be anywhere it could get to since the last scan that was matched.
+class Gap {
+ public:
+  /// Before a scan, this time after the last that was matched.
+  void begin(double silent_s) { silent_s_ = silent_s; }
+  [[nodiscard]] double usual_s() const { return usual_s_; }
+  /// Longer than a velocity predicts.
+  [[nodiscard]] bool is_wide() const { return usual_s_ > kVelocityHolds_s; }
+  /// After a while without scans the robot may be anywhere in its reach.
+  [[nodiscard]] bool is_break() const {
+    return usual_s_ <= kVelocityHolds_s && silent_s_ > std::max(2.5, 4.0 * usual_s_);
+  }
+  /// Half extents of the search: m, m, rad.
+  [[nodiscard]] Eigen::Vector3d reach() const {
+    const double s = std::max(silent_s_, usual_s_);
+    const double reach = std::min(0.5 + kSpeed_mps * s, 3.0);
+    return {reach, reach, std::min(0.5 + kTurnRate_rps * s, std::numbers::pi)};
+  }
+  /// Of the predicted pose: three times as large as errors of predictions before, and larger after
+  /// a longer silence.
+  [[nodiscard]] Eigen::Vector3d sigma() const {
+    const Eigen::Vector3d most = reach() / 3.0;
+    if (!(usual_s_ > 0.0)) return most;
+    const double longer = std::max(1.0, silent_s_ / usual_s_);
+    const double along = std::max(0.3, kFactor * std::sqrt(variance_[0]));
+    const double turn = std::max(0.15, kFactor * std::sqrt(variance_[1]));
+    return Eigen::Vector3d(along, along, turn)
+        .cwiseProduct(Eigen::Vector3d::Constant(longer))
+        .cwiseMin(most);
+  }
+
+  /// A scan was taken `step_s` after the one before.
+  void add_interval(double step_s) {
+    // A break does not become usual.
+    if (usual_s_ > 0.0)
+      usual_s_ += kGain * (std::min(step_s, 3.0 * usual_s_) - usual_s_);
+    else
+      usual_s_ = std::min(step_s, 10.0);
+  }
+  /// The pose of a scan relative to its prediction.
+  void add_error(const SE2d& T_predicted_found) {
+    const double turn = T_predicted_found.heading().radians();
+    variance_ +=
+        kGain * (Eigen::Vector2d(0.5 * T_predicted_found.translation().squaredNorm(), turn * turn) -
+                 variance_);
+  }
+
+ private:
+  static constexpr double kSpeed_mps = 1.0, kTurnRate_rps = 0.7, kGain = 0.1, kFactor = 3.0;
+  double silent_s_ = 0.0, usual_s_ = 0.0;
+  Eigen::Vector2d variance_{0.09, 0.04};  // of errors along an axis and in heading
 };
 
 /// Matches scans to a local map of the latest nodes; how is for `Matching` to say (see
@@ -21,17 +78,20 @@ struct Track {
 template <class Matching>
 class Tracker {
  public:
+  static constexpr std::size_t kFewestPoints = 10;  ///< of a scan that is matched
+
   Tracker(const GraphSlamOptions& options, const Matching& matching)
       : options_(options), matching_(matching) {}
 
   /// The scan's pose by the local map; `prior`, predicted by `motion`, if nothing agrees. An Error
   /// is that of a result of the matching that is not valid.
   [[nodiscard]] Result<Track> place(const NodeMap& nodes, const PointSet& points, const SE2d& prior,
-                                    const Motion& motion) {
-    constexpr std::size_t kFewestPoints = 10;
+                                    const Motion& motion, const Gap& gap) {
     if (points.size() < kFewestPoints) return Track{{prior}};
+    if (!motion.measured && gap.is_break()) return Track{{prior}, true, false};
     if (maps_are_old_) matching_.render(nodes);
     maps_are_old_ = false;
+    if (!motion.measured && gap.is_wide()) return place_far(points, prior, motion, gap);
     const Eigen::Matrix3d information = motion.covariance().inverse();
     const Eigen::Vector3d reach = (3.0 * motion.sigma).cwiseMin(0.5);
     auto best = matching_.search(points, prior, {reach[0], reach[1], Angle::radians(reach[2])},
@@ -40,6 +100,8 @@ class Tracker {
     if (widened) best = search_wider(nodes, points, prior, information, *best);
     if (!best) return best.error();
     if (best->score < options_.lost_score) return Track{{prior, best->score}, widened};
+    if (!motion.measured && widened && best->score < options_.wide_loop_score)
+      return Track{{prior, best->score}, true, false};
     const Placement sharp = matching_.refine(points, *best);
     return Track{{settle(sharp, prior, motion), best->score, sharp.spread}, widened};
   }
@@ -51,6 +113,29 @@ class Tracker {
   void nodes_changed() { maps_are_old_ = true; }
 
  private:
+  /// Without odometry, scans far apart: surely where the search at all poses in reach finds one
+  /// that agrees, and none with another heading.
+  Result<Track> place_far(const PointSet& points, const SE2d& prior, const Motion& motion,
+                          const Gap& gap) {
+    const Eigen::Vector3d sigma = gap.sigma();
+    const Eigen::Vector3d half = gap.reach().cwiseMin(4.0 * sigma);
+    const SearchWindow window{half[0], half[1], Angle::radians(half[2])};
+    auto best = matching_.search_far(points, prior, window, information_of(sigma));
+    if (!best) return best.error();
+    if (best->score < options_.lost_score) return Track{{prior, best->score}, true, false};
+    const Placement sharp = matching_.refine(points, *best);
+    const auto other = matching_.rival(points, prior, window, information_of(sigma), *best);
+    if (!other) return other.error();
+    const Eigen::Vector3d moved = sharp.T_map_points.minus(prior).cwiseQuotient(sigma);
+    const bool unusual = moved.cwiseAbs().maxCoeff() > kUnusual;
+    const double needed = unusual ? options_.wide_loop_score : 0.0;
+    const bool sure = !*other && best->score >= needed && sharp.score > kUsualShare * usual_sharp_;
+    if (!sure) return Track{{prior, best->score}, true, false};
+    usual_sharp_ += kGain * (sharp.score - usual_sharp_);
+    return Track{{settle(sharp, prior, {motion.increment, sigma}), best->score, sharp.spread},
+                 false};
+  }
+
   /// First in a wider window at the prediction, then at all headings in a map of all nodes nearby.
   Result<Placement> search_wider(const NodeMap& nodes, const PointSet& points, const SE2d& prior,
                                  const Eigen::Matrix3d& information, Placement best) {
@@ -67,6 +152,13 @@ class Tracker {
   GraphSlamOptions options_;
   Matching matching_;
   bool maps_are_old_ = true;
+  /// Beyond these standard deviations a match needs the score of a wide loop. Errors of predictions
+  /// are a third of them.
+  static constexpr double kUnusual = 2.5;
+  /// Least score in the refinement map, of that of other scans: it depends on how far apart they
+  /// are.
+  static constexpr double kUsualShare = 0.3, kGain = 0.05;
+  double usual_sharp_ = 0.4;
 };
 
 }  // namespace wayfare::detail
