@@ -55,6 +55,11 @@ class BasicGraphSlam {
     return engine_.map(shape, model);
   }
 
+  /// Of the rays of every fifth node; see GraphSlamRun.
+  [[nodiscard]] double crossing_share(const OccupancyGrid& map) const {
+    return engine_.crossing_share(map);
+  }
+
  private:
   detail::GraphSlamEngine<detail::MatcherMatching<M>> engine_;
 };

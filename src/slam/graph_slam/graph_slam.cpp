@@ -35,6 +35,10 @@ Result<GraphSlam> GraphSlam::restore(std::span<const std::uint8_t> bytes,
   return slam;
 }
 
+double GraphSlam::crossing_share(const OccupancyGrid& map) const {
+  return engine_->crossing_share(map);
+}
+
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options,
                                     const SlamProgress& progress) {
   options.T_base_laser = recording.T_base_laser;

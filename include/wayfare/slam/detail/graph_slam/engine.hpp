@@ -14,10 +14,13 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/slam/detail/graph_slam/loop_closer.hpp>
+#include <wayfare/slam/detail/graph_slam/loss_detector.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
 #include <wayfare/slam/detail/graph_slam/node_merger.hpp>
+#include <wayfare/slam/detail/graph_slam/piece_joiner.hpp>
 #include <wayfare/slam/detail/graph_slam/state.hpp>
 #include <wayfare/slam/detail/graph_slam/tracker.hpp>
+#include <wayfare/slam/detail/graph_slam/wall_crossings.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/detail/scans.hpp>
@@ -38,29 +41,36 @@ class GraphSlamEngine {
         motion_model_(options.odometry, options.constant_velocity),
         tracker_(options_, make(options_)),
         loop_closer_(options_, make(options_)),
-        merger_(options_) {}
+        joiner_(options_, make(options_)),
+        merger_(options_),
+        loss_(options_) {}
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<OdomPose>& odom_pose) {
     const std::optional<SE2d> odometry = raw(odom_pose);
     if (auto ok = check_scan(scan, odometry, scans_); !ok) return ok.error();
     const PointSet points = points_of(scan);
-    Result<ScanOutcome> placed =
-        nodes_.size() == 0 ? begin(points, odometry)
-                           : track_scan(points, motion_model_.predict(scan.time, odometry));
+    Result<ScanOutcome> placed = nodes_.size() == 0 ? begin(points, scan.time, odometry)
+                                                    : track_scan(points, scan.time, odometry);
     if (!placed) return placed;
     ScanOutcome& outcome = *placed;
     motion_model_.update(scan.time, pose_, odometry);
-    if (outcome.became_node) close_loops(outcome);
+    if (outcome.became_node) {
+      close_loops(outcome);
+      while (join(joiner_.search(nodes_, nodes_.latest()))) {
+      }
+    }
     outcome.T_map_base = MapPose(pose_);
     scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
-    if (const int removed = merger_.update(nodes_, scans_); removed > 0)
-      loop_closer_.nodes_removed(removed);
+    merge_nodes();
     count(outcome);
     return placed;
   }
 
   Result<void> finish() {
     if (nodes_.size() < 2) return {};
+    while (join(joiner_.search_all(nodes_))) {
+    }
+    joiner_.count(nodes_, statistics_);
     if (auto done = optimise(50, 1e-6); !done) return done;
     nodes_have_moved(latest_node() * scans_.back().T_node_base);
     return {};
@@ -88,27 +98,32 @@ class GraphSlamEngine {
 
   /// All of the state but the options and the matching.
   [[nodiscard]] std::vector<std::uint8_t> save() {
-    int last_searched = loop_closer_.last_searched(), kept = merger_.kept();
-    bool merged = merger_.merged();
-    return detail::save(state(last_searched, kept, merged));
+    GraphSlamCounters counters{loop_closer_.last_searched(), merger_.kept(), merger_.merged(),
+                               tracker_.usual_sharp()};
+    return detail::save(state(counters));
   }
   /// Continues from it; to be discarded after an Error.
   Result<void> restore(std::span<const std::uint8_t> bytes) {
-    int last_searched = 0, kept = 0;
-    bool merged = false;
-    if (auto ok = detail::restore(state(last_searched, kept, merged), bytes); !ok) return ok;
-    loop_closer_.restore(last_searched, merged);
-    merger_.restore(kept, merged);
+    GraphSlamCounters counters;
+    if (auto ok = detail::restore(state(counters), bytes); !ok) return ok;
+    loop_closer_.restore(counters.last_searched, counters.merged);
+    merger_.restore(counters.kept, counters.merged);
+    tracker_.restore(counters.usual_sharp);
     return {};
   }
 
   [[nodiscard]] const PoseGraph2& graph() const { return nodes_.graph(); }
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
+  /// Share of the rays of every fifth node that cross walls of the map.
+  [[nodiscard]] double crossing_share(const OccupancyGrid& map) const {
+    std::vector<PlacedPoints> all;
+    for (int k = 0; k < nodes_.size(); k += 5) all.push_back({&nodes_.points(k), nodes_.pose(k)});
+    return detail::crossing_share(all, map, options_.T_base_laser.raw().translation());
+  }
 
  private:
-  GraphSlamState state(int& last_searched, int& kept, bool& merged) {
-    return {nodes_,      motion_model_, scans_, pose_, since_node_,
-            statistics_, last_searched, kept,   merged};
+  GraphSlamState state(GraphSlamCounters& counters) {
+    return {nodes_, motion_model_, loss_, scans_, pose_, since_node_, statistics_, counters};
   }
   static GraphSlamOptions with_valid_counts(GraphSlamOptions o) {
     limit_counts({&o.local_nodes, &o.sharp_nodes, &o.nodes_between_loops, &o.loop_gap_nodes,
@@ -123,31 +138,51 @@ class GraphSlamEngine {
   }
 
   /// The first scan is the first node, at the odometry pose.
-  ScanOutcome begin(const PointSet& points, const std::optional<SE2d>& odometry) {
+  ScanOutcome begin(const PointSet& points, LogTime time, const std::optional<SE2d>& odometry) {
     pose_ = odometry.value_or(SE2d());
     nodes_.start(pose_, points);
+    loss_.begin(time);
     ScanOutcome outcome;
     outcome.became_node = true;
     return outcome;
   }
 
-  /// Tracks the scan; adds a node if one is due. Changes nothing if the matching is in error.
-  Result<ScanOutcome> track_scan(const PointSet& points, const Motion& motion) {
-    const auto track = tracker_.place(nodes_, points, pose_ * motion.increment, motion);
+  /// Tracks the scan; adds a node if one is due, or begins a piece if tracking is lost. Changes
+  /// nothing if the matching is in error.
+  Result<ScanOutcome> track_scan(const PointSet& points, LogTime time,
+                                 const std::optional<SE2d>& odometry) {
+    loss_.expect(time);
+    const double holds_s = std::max(kVelocityHolds_s, loss_.gap().usual_s());
+    const Motion motion = motion_model_.predict(time, odometry, holds_s);
+    const Motion by_velocity = motion_model_.predict(time, {}, holds_s);
+    if (LossDetector::leaps(motion, by_velocity, to_seconds(time - scans_.back().time))) {
+      ++statistics_.odometry_leaps;
+      return begin_piece(points, time, by_velocity, 0.0);
+    }
+    const auto track =
+        tracker_.place(nodes_, points, pose_ * motion.increment, motion, loss_.gap());
     const MatcherErrors errors = tracker_.take_errors();
     if (!track) return track.error();
-    const auto& [match, widened] = *track;
+    const auto& [match, widened, sure] = *track;
+    const bool found = sure && match.score >= options_.lost_score;
+    // Scans of few points say nothing.
+    if (points.size() >= Tracker<Matching>::kFewestPoints && loss_.is_lost(found, motion)) {
+      constexpr double kMargin_m = 1.0;
+      const double reach_m = motion.measured ? 0.0 : loss_.gap().reach()[0] + kMargin_m;
+      return begin_piece(points, time, motion, reach_m);
+    }
+    loss_.add(time, found, motion, (pose_ * motion.increment).inverse() * match.T_map_points);
     pose_ = match.T_map_points;
     since_node_ = motion.accumulated(since_node_);
     ScanOutcome outcome;
     outcome.matcher_errors.add(errors, "scan");
     outcome.score = match.score;
-    outcome.matched = match.score >= options_.lost_score;
+    outcome.matched = found;
     const SE2d step = latest_node().inverse() * pose_;
     const double travel_m = step.translation().norm();
     const double turn_rad = std::abs(step.heading().radians());
     outcome.became_node =
-        travel_m > options_.node_distance_m || turn_rad > options_.node_turn.radians();
+        sure && (travel_m > options_.node_distance_m || turn_rad > options_.node_turn.radians());
     if (outcome.became_node) {
       nodes_.append(pose_, points, information(match, travel_m, turn_rad));
       since_node_.setZero();
@@ -155,6 +190,46 @@ class GraphSlamEngine {
     }
     statistics_.widened_searches += widened ? 1 : 0;
     return outcome;
+  }
+
+  /// The scan is the first node of a piece, beside the map. `reach_m`: how far it may be from the
+  /// pose predicted; 0 if that is not known.
+  ScanOutcome begin_piece(const PointSet& points, LogTime time, const Motion& motion,
+                          double reach_m) {
+    const SE2d T_before_scan = latest_node().inverse() * pose_ * motion.increment;
+    pose_ = beside();
+    motion_model_.correct(pose_ * motion.increment.inverse());
+    nodes_.start(pose_, points, T_before_scan, reach_m);
+    since_node_.setZero();
+    tracker_.nodes_changed();
+    loss_.begin(time);
+    ScanOutcome outcome;
+    outcome.became_node = true;
+    return outcome;
+  }
+  /// A pose from which no scan reaches the map.
+  [[nodiscard]] SE2d beside() const {
+    double x = 0.0;
+    for (const SE2d& pose : nodes_.graph().poses) x = std::max(x, pose.x());
+    return SE2d(x + 2.0 * options_.max_range_m, 0.0, Angle());
+  }
+
+  /// Joins two parts of the map by edges, if there are any.
+  bool join(const std::vector<PoseEdge<SE2d>>& edges) {
+    if (edges.empty()) return false;
+    const SE2d T_node_base = latest_node().inverse() * pose_;
+    nodes_.join(edges);
+    ++statistics_.joins;
+    (void)optimise(20, 1e-5);
+    nodes_have_moved(latest_node() * T_node_base);
+    return true;
+  }
+
+  void merge_nodes() {
+    const int removed = merger_.update(nodes_, scans_);
+    if (removed == 0) return;
+    loop_closer_.nodes_removed(removed);
+    joiner_.nodes_changed();
   }
 
   /// Of the edge to a new node: that of the match, plus that of odometry along directions the match
@@ -183,6 +258,7 @@ class GraphSlamEngine {
     pose_ = pose;
     motion_model_.correct(pose_);
     tracker_.nodes_changed();
+    joiner_.nodes_changed();
   }
 
   Result<void> optimise(int iterations, double min_gain) {
@@ -194,6 +270,7 @@ class GraphSlamEngine {
     const bool first = statistics_.scans++ == 0;
     statistics_.unmatched_scans += outcome.matched || first ? 0 : 1;
     statistics_.matcher_errors.add(outcome.matcher_errors);
+    joiner_.count(nodes_, statistics_);
   }
 
   [[nodiscard]] const SE2d& latest_node() const { return nodes_.pose(nodes_.latest()); }
@@ -202,11 +279,13 @@ class GraphSlamEngine {
   MotionModel motion_model_;
   Tracker<Matching> tracker_;
   LoopCloser<Matching> loop_closer_;
+  PieceJoiner<Matching> joiner_;
   PoseGraphOptimiser<SE2d> optimiser_;
   NodeMerger merger_;
 
   NodeMap nodes_;
   std::vector<ScanPose> scans_;
+  LossDetector loss_;
   SE2d pose_;                                             // of the latest scan
   Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // covariance of the motion since the node
   GraphSlamStatistics statistics_;
@@ -224,8 +303,11 @@ Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamP
   });
   if (!refused) return refused.error();
   if (auto ok = slam.finish(); !ok) return ok.error();
-  return GraphSlamRun{slam.trajectory(), slam.graph(),   slam.map(),
-                      slam.statistics(), refused->count, std::move(refused->first)};
+  OccupancyGrid map = slam.map();
+  const double crossing_share = slam.crossing_share(map);
+  return GraphSlamRun{slam.trajectory(), slam.graph(),   std::move(map),
+                      slam.statistics(), refused->count, std::move(refused->first),
+                      crossing_share};
 }
 
 }  // namespace wayfare::detail

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/slam/detail/graph_slam/loss_detector.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/detail/motion.hpp>
@@ -14,16 +15,23 @@
 
 namespace wayfare::detail {
 
+/// Of the parts of a graph SLAM.
+struct GraphSlamCounters {
+  int last_searched = 0, kept = 0;  ///< nodes
+  bool merged = false;              ///< nodes into others
+  double usual_sharp = 0.0;         ///< score of usual scans in the refinement map
+};
+
 /// All that a graph SLAM keeps between scans.
 struct GraphSlamState {
   NodeMap& nodes;
   MotionModel& motion;
+  LossDetector& loss;
   std::vector<ScanPose>& scans;
   SE2d& pose;
   Eigen::Matrix3d& since_node;
   GraphSlamStatistics& statistics;
-  int &last_searched, &kept;
-  bool& merged;
+  GraphSlamCounters& counters;
 };
 
 /// As bytes.

@@ -1,0 +1,237 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/map/detail/precomputation_grids.hpp>
+#include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/match/correlative.hpp>
+#include <wayfare/slam/detail/graph_slam/local_map.hpp>
+#include <wayfare/slam/detail/graph_slam/node_map.hpp>
+#include <wayfare/slam/detail/graph_slam/wall_crossings.hpp>
+#include <wayfare/slam/detail/loops.hpp>
+#include <wayfare/slam/graph_slam.hpp>
+
+namespace wayfare::detail {
+
+/// Finds where a part of the map belongs in the others, without a prior pose: nodes and those
+/// before them are matched to all nodes of the other part. Two parts are joined by matches of
+/// different nodes that agree on their relative pose, or by one that agrees with the pose expected
+/// at the end of a gap. A match must be the only one as good, and neither side may look through the
+/// other's walls.
+template <class Matching>
+class PieceJoiner {
+ public:
+  PieceJoiner(const GraphSlamOptions& options, const Matching& matching)
+      : options_(options), matching_(matching) {}
+
+  /// The edges that join the part of node `at` to another, the first from the other part to `at`;
+  /// empty if none is found.
+  [[nodiscard]] std::vector<PoseEdge<SE2d>> search(NodeMap& nodes, int at) {
+    if (nodes.parts().size() < 2) return {};
+    const int part = nodes.part_of(at);
+    const PointSet seen = nodes.context(at, options_.loop_context_nodes);
+    for (const int other : nodes.parts()) {
+      if (other == part || nodes.nodes_of_part(other).size() < kFewestNodes) continue;
+      const auto edge = match(nodes, at, seen, other);
+      if (!edge) continue;
+      auto agreeing = agreeing_with(nodes, *edge);
+      if (is_verified(agreeing) || is_expected(nodes, *edge)) return agreeing;
+      nodes.possible_joins().push_back(*edge);
+    }
+    return {};
+  }
+  /// The same for nodes of all parts, until edges are found.
+  [[nodiscard]] std::vector<PoseEdge<SE2d>> search_all(NodeMap& nodes) {
+    if (nodes.parts().size() < 2) return {};
+    for (int k = 2; k < nodes.size(); k += 4)
+      if (auto edges = search(nodes, k); !edges.empty()) return edges;
+    return {};
+  }
+
+  /// Nodes were added, removed or moved.
+  void nodes_changed() { fields_.clear(); }
+
+  void count(const NodeMap& nodes, GraphSlamStatistics& statistics) {
+    statistics.pieces = static_cast<std::size_t>(nodes.pieces());
+    statistics.joins_refused += std::exchange(refused_, 0);
+    statistics.pieces_apart = 0;
+    for (const int part : nodes.parts())
+      if (part != 0 && nodes.nodes_of_part(part).size() >= kFewestNodes) ++statistics.pieces_apart;
+  }
+
+ private:
+  struct Field {
+    std::size_t nodes = 0;  ///< when it was made
+    PrecomputationGrids grids;
+  };
+
+  [[nodiscard]] const PrecomputationGrids& field(const NodeMap& nodes, int part) {
+    const std::vector<int> all = nodes.nodes_of_part(part);
+    Field& field = fields_[part];
+    if (field.nodes == all.size()) return field.grids;
+    std::vector<PlacedPoints> placed;
+    for (const int k : all) placed.push_back({&nodes.points(k), nodes.pose(k)});
+    field.nodes = all.size();
+    auto made = likelihood_field(placed, {kCell_m, kSigma_m, kOutlierProbability});
+    field.grids.build(made ? *std::move(made) : LikelihoodField());
+    return field.grids;
+  }
+
+  /// Of the whole field, or a part of it.
+  static std::pair<SE2d, SearchWindow> all_of(const LikelihoodField& field) {
+    const double half = 0.5 * field.resolution_m();
+    const Eigen::Vector2d size(field.width() * half, field.height() * half);
+    const Eigen::Vector2d corner(field.origin().x * 2 * half, field.origin().y * 2 * half);
+    return {SE2d(Eigen::Vector2d(corner + size), SO2d()),
+            {size.x(), size.y(), Angle::degrees(180)}};
+  }
+
+  [[nodiscard]] std::optional<PoseEdge<SE2d>> match(const NodeMap& nodes, int at,
+                                                    const PointSet& seen, int part) {
+    const PrecomputationGrids& grids = field(nodes, part);
+    if (grids.grid().empty()) return std::nullopt;
+    const auto [centre, window] = all_of(grids.grid());
+    MatchOptions options;
+    options.min_score = kCoarseScore;
+    const auto coarse = far_.match(grids, seen, centre, window, options);
+    if (!coarse || !*coarse) return std::nullopt;
+    const SE2d& rough = (*coarse)->T_map_points;
+    const std::vector<PlacedPoints> around = nodes.around(rough, kNear_m, kMostNear, part);
+    LocalMap map;
+    map.render(around, options_.cell_m, options_.search_sigma_m);
+    const Placement fine = map.search(seen, rough, {0.25, 0.25, Angle::degrees(3)});
+    if (fine.score < options_.wide_loop_score) return std::nullopt;
+    const auto sharp = matching_.confirm(around, nodes.points(at), fine.T_map_points, map);
+    if (!sharp || !*sharp) return std::nullopt;
+    const SE2d& pose = (*sharp)->T_map_points;
+    const double through = crossing(nodes, at, pose, around);
+    const bool rival = has_rival(grids, seen, pose, (*coarse)->score);
+    const double spread = map.refine(seen, pose).spread.trace();
+    const int nearest = nodes.nearest(pose, part);
+    if (rival || !(through < kMostCrossing) || spread > kMostSpread) {
+      ++refused_;
+      return std::nullopt;
+    }
+    const Eigen::Matrix3d information =
+        match_information(**sharp, pose.rotation(), 0.04, Angle::degrees(0.6).radians());
+    return PoseEdge<SE2d>{nearest, at, nodes.pose(nearest).inverse() * pose, information, true};
+  }
+
+  /// The larger share of rays through walls: of the latest nodes through those of the other part's
+  /// nodes nearby, and of these nodes' through theirs.
+  [[nodiscard]] double crossing(const NodeMap& nodes, int at, const SE2d& pose,
+                                std::span<const PlacedPoints> around) const {
+    const SE2d move = pose * nodes.pose(at).inverse();
+    std::vector<PlacedPoints> latest = nodes.chain(at - options_.loop_context_nodes, at);
+    for (PlacedPoints& p : latest) p.T_map_points = move * p.T_map_points;
+    const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
+    return std::max(crossing_share(latest, map_of(around, laser), laser),
+                    crossing_share(around, map_of(latest, laser), laser));
+  }
+
+  static OccupancyGrid map_of(std::span<const PlacedPoints> scans, const Eigen::Vector2d& laser) {
+    OccupancyGrid grid;
+    ScanRaster raster;
+    for (const PlacedPoints& p : scans)
+      (void)insert_points(grid, p.T_map_points, *p.points, {}, raster, laser);
+    return grid;
+  }
+
+  /// Whether another place of the field is nearly as good.
+  [[nodiscard]] bool has_rival(const PrecomputationGrids& grids, const PointSet& seen,
+                               const SE2d& pose, double score) {
+    constexpr double kTile_m = 4.0;
+    constexpr int kSectors = 8;
+    const auto [centre, all] = all_of(grids.grid());
+    MatchOptions options;
+    options.min_score = score - kMargin;
+    const SearchWindow tile{kTile_m / 2, kTile_m / 2, Angle::degrees(180.0 / kSectors)};
+    const Eigen::Vector2d corner =
+        centre.translation() - Eigen::Vector2d(all.half_x_m, all.half_y_m);
+    for (double x = kTile_m / 2; x < 2 * all.half_x_m + kTile_m / 2; x += kTile_m)
+      for (double y = kTile_m / 2; y < 2 * all.half_y_m + kTile_m / 2; y += kTile_m)
+        for (int h = 0; h < kSectors; ++h) {
+          const SE2d at(Eigen::Vector2d(corner + Eigen::Vector2d(x, y)),
+                        SO2d(Angle::degrees(h * 360.0 / kSectors)));
+          const auto found = far_.match(grids, seen, at, tile, options);
+          if (found && *found && !same_place((*found)->T_map_points, pose)) return true;
+        }
+    return false;
+  }
+  static bool same_place(const SE2d& a, const SE2d& b) {
+    const SE2d d = a.inverse() * b;
+    return d.translation().norm() < 1.5 && std::abs(d.heading().degrees()) < 25.0;
+  }
+
+  /// The match and those before of the same parts that agree with it on their relative pose; none
+  /// if as many do not.
+  [[nodiscard]] std::vector<PoseEdge<SE2d>> agreeing_with(const NodeMap& nodes,
+                                                          const PoseEdge<SE2d>& edge) const {
+    std::vector<PoseEdge<SE2d>> agreeing = {edge};
+    std::size_t others = 0;
+    for (const PoseEdge<SE2d>& before : nodes.possible_joins()) {
+      if (nodes.part_of(before.to) != nodes.part_of(edge.to) ||
+          nodes.part_of(before.from) != nodes.part_of(edge.from))
+        continue;
+      if (agree(nodes, before, edge))
+        agreeing.push_back(before);
+      else
+        ++others;
+    }
+    if (others >= agreeing.size()) agreeing.resize(1);
+    return agreeing;
+  }
+  /// Whether there are enough matches that share no nodes.
+  [[nodiscard]] bool is_verified(const std::vector<PoseEdge<SE2d>>& agreeing) const {
+    const auto [first, last] = std::minmax_element(
+        agreeing.begin(), agreeing.end(), [](const auto& a, const auto& b) { return a.to < b.to; });
+    return agreeing.size() >= kLeastMatches &&
+           last->to - first->to > kContexts * options_.loop_context_nodes;
+  }
+  static bool agree(const NodeMap& nodes, const PoseEdge<SE2d>& a, const PoseEdge<SE2d>& b) {
+    const SE2d by_a = placed(nodes, a) * nodes.pose(a.to).inverse() * nodes.pose(b.to);
+    const SE2d d = by_a.inverse() * placed(nodes, b);
+    const double travel_m = std::abs(nodes.travel_m(a.to) - nodes.travel_m(b.to));
+    return d.translation().norm() < 0.3 + 0.03 * travel_m &&
+           std::abs(d.heading().degrees()) < 4.0 + 0.3 * travel_m;
+  }
+  [[nodiscard]] static SE2d placed(const NodeMap& nodes, const PoseEdge<SE2d>& e) {
+    return nodes.pose(e.from) * e.measurement;
+  }
+
+  /// Whether a match agrees with what was expected of its piece's first node.
+  [[nodiscard]] bool is_expected(const NodeMap& nodes, const PoseEdge<SE2d>& e) const {
+    const Piece& piece = nodes.piece(nodes.piece_of(e.to));
+    if (!(piece.reach_m > 0.0) || nodes.part_of(piece.before) != nodes.part_of(e.from))
+      return false;
+    const SE2d at = placed(nodes, e) * nodes.pose(e.to).inverse() * nodes.pose(piece.first);
+    const SE2d by_motion = nodes.pose(piece.before) * piece.T_before_first;
+    return (at.translation() - by_motion.translation()).norm() < piece.reach_m;
+  }
+
+  static constexpr double kCell_m = 0.1, kSigma_m = 0.15, kOutlierProbability = 0.2;
+  static constexpr double kCoarseScore = 0.65, kMargin = 0.04, kMostCrossing = 0.10,
+                          kMostSpread = 6.0;
+  static constexpr std::size_t kFewestNodes = 4;  // of parts that are joined
+  static constexpr double kNear_m = 6.0;
+  static constexpr std::size_t kMostNear = 60, kLeastMatches = 3;
+  static constexpr int kContexts = 2;
+
+  GraphSlamOptions options_;
+  Matching matching_;
+  BranchAndBoundMatcher far_;
+  std::map<int, Field> fields_;  // of parts
+  std::size_t refused_ = 0;
+};
+
+}  // namespace wayfare::detail
