@@ -49,14 +49,17 @@ std::vector<OptionField> fields(GraphSlamOptions& o) {
 /// Empty if there is none. Rays cross walls in maps of several pieces, or without odometry, only
 /// where they are wrong; with odometry, people do the same.
 std::string doubt(const GraphSlamRun& slam, bool no_odometry) {
-  constexpr double kMostCrossing = 0.08;
+  constexpr double kMostCrossing = 0.08, kMostOfStretch = 0.16;
   const GraphSlamStatistics& s = slam.statistics;
   if (s.pieces_apart > 0)
     return std::to_string(s.pieces_apart) +
            " pieces of the trajectory were not joined; they are drawn beside the map";
-  if ((no_odometry || s.pieces > 1) && slam.crossing_share > kMostCrossing)
-    return eval::fixed(100.0 * slam.crossing_share, 0) +
-           " % of the rays cross walls: the map is likely wrong";
+  if (!no_odometry && s.pieces < 2) return {};
+  const WallCrossings& crossings = slam.crossings;
+  if (crossings.share > kMostCrossing || crossings.worst_stretch > kMostOfStretch)
+    return eval::fixed(100.0 * crossings.share, 0) + " % of the rays cross walls, " +
+           eval::fixed(100.0 * crossings.worst_stretch, 0) +
+           " % on the worst stretch: a part of the map is likely wrong";
   return {};
 }
 
@@ -70,6 +73,9 @@ Result<LogRun> run(const Recording& recording, const GraphSlamOptions& options,
   if (s.pieces > 1)
     facts.emplace_back("pieces", std::to_string(s.pieces) + ", joins " +
                                      accepted_and_refused(s.joins, s.joins_refused));
+  if (s.scans_apart > 0)
+    facts.emplace_back(
+        "not placed", std::to_string(s.scans_apart) + " scans, between pieces, at predicted poses");
   LogRun result = log_run(*slam, std::move(facts), slam->graph);
   result.doubt = doubt(*slam, recording.odometry.empty());
   return result;

@@ -55,9 +55,9 @@ class BasicGraphSlam {
     return engine_.map(shape, model);
   }
 
-  /// Of the rays of every fifth node; see GraphSlamRun.
-  [[nodiscard]] double crossing_share(const OccupancyGrid& map) const {
-    return engine_.crossing_share(map);
+  /// Of every third node's rays through the walls of its map.
+  [[nodiscard]] WallCrossings wall_crossings(const OccupancyGrid& map) const {
+    return engine_.wall_crossings(map);
   }
 
  private:

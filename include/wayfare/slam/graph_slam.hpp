@@ -97,7 +97,15 @@ struct GraphSlamStatistics {
   std::size_t joins = 0;             ///< of pieces, by loops found without a prior pose
   std::size_t joins_refused = 0;     ///< such loops contradicted by walls or by another place
   std::size_t pieces_apart = 0;      ///< not joined: beside the map, at poses of their own
+  std::size_t scans_apart = 0;       ///< in pieces of a few nodes not joined: at predicted poses
   MatcherErrors matcher_errors;      ///< of the matcher's Errors and invalid results
+};
+
+/// Shares of rays that cross walls of a map a metre or more before their ends: some hundredths in a
+/// map without mistakes, where people walk and doors move.
+struct WallCrossings {
+  double share = 0.0;          ///< of all
+  double worst_stretch = 0.0;  ///< of those of 60 nodes in succession: the largest
 };
 
 /// Processes one scan at a time. Not thread-safe; results do not depend on timing or threads.
@@ -126,8 +134,8 @@ class GraphSlam {
   /// The map of all nodes' scans at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;
-  /// Of the rays of every fifth node; see GraphSlamRun.
-  [[nodiscard]] double crossing_share(const OccupancyGrid& map) const;
+  /// Of every third node's rays through the walls of its map.
+  [[nodiscard]] WallCrossings wall_crossings(const OccupancyGrid& map) const;
 
   /// The complete state, to continue later as if without interruption.
   [[nodiscard]] std::vector<std::uint8_t> save() const;
@@ -149,9 +157,7 @@ struct GraphSlamRun {
   GraphSlamStatistics statistics;  ///< counts
   std::size_t refused_scans = 0;   ///< by add_scan
   std::string first_refusal;       ///< reason for the first of them
-  /// Share of rays that cross walls of the map a metre or more before their ends: some hundredths
-  /// in a map without mistakes.
-  double crossing_share = 0.0;
+  WallCrossings crossings;         ///< by the map
 };
 
 /// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times. Returns an

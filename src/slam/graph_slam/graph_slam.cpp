@@ -35,8 +35,8 @@ Result<GraphSlam> GraphSlam::restore(std::span<const std::uint8_t> bytes,
   return slam;
 }
 
-double GraphSlam::crossing_share(const OccupancyGrid& map) const {
-  return engine_->crossing_share(map);
+WallCrossings GraphSlam::wall_crossings(const OccupancyGrid& map) const {
+  return engine_->wall_crossings(map);
 }
 
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options,

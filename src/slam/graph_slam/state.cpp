@@ -69,7 +69,7 @@ void all_fields(A& a, GraphSlamState& s) {
   GraphSlamStatistics& n = s.statistics;
   for (std::size_t* count : {&n.scans, &n.unmatched_scans, &n.widened_searches, &n.loop_closures,
                              &n.loops_refused, &n.optimisations, &n.odometry_leaps, &n.pieces,
-                             &n.joins, &n.joins_refused, &n.pieces_apart})
+                             &n.joins, &n.joins_refused, &n.pieces_apart, &n.scans_apart})
     wayfare::field(a, *count);
   wayfare::field(a, n.matcher_errors);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -56,7 +57,7 @@ class GraphSlamEngine {
     motion_model_.update(scan.time, pose_, odometry);
     if (outcome.became_node) {
       close_loops(outcome);
-      while (join(joiner_.search(nodes_, nodes_.latest()))) {
+      while (join(joiner_.search_latest(nodes_))) {
       }
     }
     outcome.T_map_base = MapPose(pose_);
@@ -70,9 +71,12 @@ class GraphSlamEngine {
     if (nodes_.size() < 2) return {};
     while (join(joiner_.search_all(nodes_))) {
     }
-    joiner_.count(nodes_, statistics_);
     if (auto done = optimise(50, 1e-6); !done) return done;
+    joiner_.place_small_parts(nodes_);
     nodes_have_moved(latest_node() * scans_.back().T_node_base);
+    joiner_.count(nodes_, statistics_);
+    statistics_.scans_apart = static_cast<std::size_t>(
+        std::ranges::count_if(scans_, [&](const ScanPose& s) { return is_in_small_part(s.node); }));
     return {};
   }
 
@@ -90,6 +94,7 @@ class GraphSlamEngine {
     ScanRaster raster;
     const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
     for (int k = 0; k < nodes_.size(); ++k) {
+      if (is_in_small_part(k)) continue;
       // A scan too large for the raster is left out of the map.
       (void)insert_points(grid, nodes_.pose(k), nodes_.points(k), model, raster, laser);
     }
@@ -114,11 +119,11 @@ class GraphSlamEngine {
 
   [[nodiscard]] const PoseGraph2& graph() const { return nodes_.graph(); }
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
-  /// Share of the rays of every fifth node that cross walls of the map.
-  [[nodiscard]] double crossing_share(const OccupancyGrid& map) const {
+  [[nodiscard]] WallCrossings wall_crossings(const OccupancyGrid& map) const {
     std::vector<PlacedPoints> all;
-    for (int k = 0; k < nodes_.size(); k += 5) all.push_back({&nodes_.points(k), nodes_.pose(k)});
-    return detail::crossing_share(all, map, options_.T_base_laser.raw().translation());
+    for (int k = 0; k < nodes_.size(); k += 3)
+      if (!is_in_small_part(k)) all.push_back({&nodes_.points(k), nodes_.pose(k)});
+    return detail::wall_crossings(all, map, options_.T_base_laser.raw().translation());
   }
 
  private:
@@ -129,6 +134,13 @@ class GraphSlamEngine {
     limit_counts({&o.local_nodes, &o.sharp_nodes, &o.nodes_between_loops, &o.loop_gap_nodes,
                   &o.loop_context_nodes, &o.loop_map_nodes, &o.loops_per_search});
     return o;
+  }
+
+  /// Whether a node is in a small part of the map, which is not drawn.
+  [[nodiscard]] bool is_in_small_part(int k) const {
+    if (nodes_.pieces() < 2) return false;
+    const int part = nodes_.part_of(k);
+    return part != 0 && PieceJoiner<Matching>::is_small(nodes_, part);
   }
 
   [[nodiscard]] PointSet points_of(const LaserScan& scan) const {
@@ -304,10 +316,10 @@ Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamP
   if (!refused) return refused.error();
   if (auto ok = slam.finish(); !ok) return ok.error();
   OccupancyGrid map = slam.map();
-  const double crossing_share = slam.crossing_share(map);
+  const WallCrossings crossings = slam.wall_crossings(map);
   return GraphSlamRun{slam.trajectory(), slam.graph(),   std::move(map),
                       slam.statistics(), refused->count, std::move(refused->first),
-                      crossing_share};
+                      crossings};
 }
 
 }  // namespace wayfare::detail

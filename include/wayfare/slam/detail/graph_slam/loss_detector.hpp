@@ -16,8 +16,10 @@ namespace wayfare::detail {
 /// Without odometry the robot may be anywhere it could get to since the last scan that was matched.
 class Gap {
  public:
-  /// Before a scan, this time after the last that was matched.
-  void begin(double silent_s) { silent_s_ = silent_s; }
+  /// Before a scan, this time after the last that was matched; `doubted`: not the one before it.
+  void begin(double silent_s, bool doubted) { silent_s_ = silent_s, doubted_ = doubted; }
+  /// Whether the scan before was not surely matched.
+  [[nodiscard]] bool is_doubted() const { return doubted_; }
   [[nodiscard]] double usual_s() const { return usual_s_; }
   /// Longer than a velocity predicts.
   [[nodiscard]] bool is_wide() const { return usual_s_ > kVelocityHolds_s; }
@@ -65,6 +67,7 @@ class Gap {
 
   static constexpr double kSpeed_mps = 1.0, kTurnRate_rps = 0.7, kGain = 0.1, kFactor = 3.0;
 
+  bool doubted_ = false;
   double silent_s_ = 0.0, usual_s_ = 0.0;
   Eigen::Vector2d variance_{0.09, 0.04};  // of errors along an axis and in heading
 };
@@ -82,7 +85,9 @@ class LossDetector {
     matched_at_ = last_scan_ = time;
   }
   /// Before a scan is tracked.
-  void expect(LogTime time) { gap_.begin(to_seconds(time - matched_at_)); }
+  void expect(LogTime time) {
+    gap_.begin(to_seconds(time - matched_at_), matched_at_ != last_scan_);
+  }
 
   /// Whether tracking is lost with this scan: after several scans in a row that were not matched,
   /// or one after a break.

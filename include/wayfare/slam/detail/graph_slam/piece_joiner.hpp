@@ -41,7 +41,7 @@ class PieceJoiner {
     const int part = nodes.part_of(at);
     const PointSet seen = nodes.context(at, options_.loop_context_nodes);
     for (const int other : nodes.parts()) {
-      if (other == part || nodes.nodes_of_part(other).size() < kFewestNodes) continue;
+      if (other == part || is_small(nodes, other)) continue;
       const auto edge = match(nodes, at, seen, other);
       if (!edge) continue;
       auto agreeing = agreeing_with(nodes, *edge);
@@ -50,15 +50,27 @@ class PieceJoiner {
     }
     return {};
   }
+  /// The same for the latest node: at intervals of `nodes_between_loops`, and where its piece is
+  /// new.
+  [[nodiscard]] std::vector<PoseEdge<SE2d>> search_latest(NodeMap& nodes) {
+    const int at = nodes.latest();
+    const bool is_new = at < nodes.first_of_piece(nodes.piece_of(at)) + options_.loop_context_nodes;
+    if (!is_new && at % std::max(1, options_.nodes_between_loops) != 0) return {};
+    return search(nodes, at);
+  }
   /// The same for nodes of all parts, until edges are found.
   [[nodiscard]] std::vector<PoseEdge<SE2d>> search_all(NodeMap& nodes) {
     if (nodes.parts().size() < 2) return {};
-    for (int k = 2; k < nodes.size(); k += 4)
-      if (auto edges = search(nodes, k); !edges.empty()) return edges;
+    for (const int part : nodes.parts()) {
+      const std::vector<int> all = nodes.nodes_of_part(part);
+      const std::size_t step = all.size() < kFewestNodes ? 1 : 4;
+      for (std::size_t i = step / 2; i < all.size(); i += step)
+        if (auto edges = search(nodes, all[i]); !edges.empty()) return edges;
+    }
     return {};
   }
 
-  /// Nodes were added, removed or moved.
+  /// Nodes were removed or moved.
   void nodes_changed() { fields_.clear(); }
 
   void count(const NodeMap& nodes, GraphSlamStatistics& statistics) {
@@ -66,10 +78,29 @@ class PieceJoiner {
     statistics.joins_refused += std::exchange(refused_, 0);
     statistics.pieces_apart = 0;
     for (const int part : nodes.parts())
-      if (part != 0 && nodes.nodes_of_part(part).size() >= kFewestNodes) ++statistics.pieces_apart;
+      if (part != 0 && !is_small(nodes, part)) ++statistics.pieces_apart;
+  }
+
+  /// Whether a part of the map has too few nodes to be joined to.
+  [[nodiscard]] static bool is_small(const NodeMap& nodes, int part) {
+    return nodes.nodes_of_part(part).size() < kFewestNodes;
+  }
+  /// Small parts that are not joined go where their motion predicts them.
+  static void place_small_parts(NodeMap& nodes) {
+    for (const int part : nodes.parts()) {
+      const Piece& piece = nodes.piece(part);
+      if (!is_small(nodes, part) || !(piece.reach_m > 0.0)) continue;
+      const SE2d first = nodes.pose(piece.before) * piece.T_before_first;
+      nodes.move_part(part, first * nodes.pose(piece.first).inverse());
+    }
   }
 
  private:
+  /// All headings in a rectangle.
+  struct Area {
+    SE2d centre;
+    SearchWindow window;
+  };
   struct Field {
     std::size_t nodes = 0;  ///< when it was made
     PrecomputationGrids grids;
@@ -88,7 +119,7 @@ class PieceJoiner {
   }
 
   /// Of the whole field, or a part of it.
-  static std::pair<SE2d, SearchWindow> all_of(const LikelihoodField& field) {
+  static Area all_of(const LikelihoodField& field) {
     const double half = 0.5 * field.resolution_m();
     const Eigen::Vector2d size(field.width() * half, field.height() * half);
     const Eigen::Vector2d corner(field.origin().x * 2 * half, field.origin().y * 2 * half);
@@ -96,16 +127,49 @@ class PieceJoiner {
             {size.x(), size.y(), Angle::degrees(180)}};
   }
 
+  [[nodiscard]] std::optional<MatchResult> search_in(const PrecomputationGrids& grids,
+                                                     const PointSet& seen, const Area& area,
+                                                     double min_score) {
+    MatchOptions options;
+    options.min_score = min_score;
+    const auto found = far_.match(grids, seen, area.centre, area.window, options);
+    return found ? *found : std::nullopt;
+  }
+
+  /// Where a node should be, if that is known and in this part of the map.
+  [[nodiscard]] std::optional<Area> expected_area(const NodeMap& nodes, int at, int part) const {
+    const Piece& piece = nodes.piece(nodes.piece_of(at));
+    if (!(piece.reach_m > 0.0) || nodes.part_of(piece.before) != part) return std::nullopt;
+    const SE2d first = nodes.pose(piece.before) * piece.T_before_first;
+    const SE2d moved = nodes.pose(piece.first).inverse() * nodes.pose(at);
+    const double reach_m = piece.reach_m + moved.translation().norm();
+    return Area{SE2d(first.translation(), SO2d()), {reach_m, reach_m, Angle::degrees(180)}};
+  }
+
   [[nodiscard]] std::optional<PoseEdge<SE2d>> match(const NodeMap& nodes, int at,
                                                     const PointSet& seen, int part) {
     const PrecomputationGrids& grids = field(nodes, part);
     if (grids.grid().empty()) return std::nullopt;
-    const auto [centre, window] = all_of(grids.grid());
-    MatchOptions options;
-    options.min_score = kCoarseScore;
-    const auto coarse = far_.match(grids, seen, centre, window, options);
-    if (!coarse || !*coarse) return std::nullopt;
-    const SE2d& rough = (*coarse)->T_map_points;
+    const Area all = all_of(grids.grid());
+    const auto best = search_in(grids, seen, all, kCoarseScore);
+    if (!best) return std::nullopt;
+    if (auto edge = confirmed(nodes, at, seen, part, *best, all)) return edge;
+    // Another place may be as good as the one expected.
+    const auto near = expected_area(nodes, at, part);
+    const auto there = near ? search_in(grids, seen, *near, best->score - kMargin) : std::nullopt;
+    if (there)
+      if (auto edge = confirmed(nodes, at, seen, part, *there, *near)) return edge;
+    ++refused_;
+    return std::nullopt;
+  }
+
+  /// The edge of a match found in an area, if it holds at full resolution, is the only one as good
+  /// and nothing contradicts it.
+  [[nodiscard]] std::optional<PoseEdge<SE2d>> confirmed(const NodeMap& nodes, int at,
+                                                        const PointSet& seen, int part,
+                                                        const MatchResult& coarse,
+                                                        const Area& area) {
+    const SE2d& rough = coarse.T_map_points;
     const std::vector<PlacedPoints> around = nodes.around(rough, kNear_m, kMostNear, part);
     LocalMap map;
     map.render(around, options_.cell_m, options_.search_sigma_m);
@@ -114,17 +178,22 @@ class PieceJoiner {
     const auto sharp = matching_.confirm(around, nodes.points(at), fine.T_map_points, map);
     if (!sharp || !*sharp) return std::nullopt;
     const SE2d& pose = (*sharp)->T_map_points;
-    const double through = crossing(nodes, at, pose, around);
-    const bool rival = has_rival(grids, seen, pose, (*coarse)->score);
-    const double spread = map.refine(seen, pose).spread.trace();
+    const PoseEdge<SE2d> edge = edge_to(nodes, at, **sharp, part);
+    const bool is_loose = map.refine(seen, pose).spread.trace() > kMostSpread;
+    if (is_loose && !is_expected(nodes, edge)) return std::nullopt;
+    if (!(crossing(nodes, at, pose, around) < kMostCrossing)) return std::nullopt;
+    if (has_rival(field(nodes, part), seen, pose, coarse.score, area)) return std::nullopt;
+    return edge;
+  }
+
+  /// From the nearest node of the other part.
+  [[nodiscard]] static PoseEdge<SE2d> edge_to(const NodeMap& nodes, int at, const Placement& sharp,
+                                              int part) {
+    const SE2d& pose = sharp.T_map_points;
     const int nearest = nodes.nearest(pose, part);
-    if (rival || !(through < kMostCrossing) || spread > kMostSpread) {
-      ++refused_;
-      return std::nullopt;
-    }
     const Eigen::Matrix3d information =
-        match_information(**sharp, pose.rotation(), 0.04, Angle::degrees(0.6).radians());
-    return PoseEdge<SE2d>{nearest, at, nodes.pose(nearest).inverse() * pose, information, true};
+        match_information(sharp, pose.rotation(), 0.04, Angle::degrees(0.6).radians());
+    return {nearest, at, nodes.pose(nearest).inverse() * pose, information, true};
   }
 
   /// The larger share of rays through walls: of the latest nodes through those of the other part's
@@ -147,19 +216,18 @@ class PieceJoiner {
     return grid;
   }
 
-  /// Whether another place of the field is nearly as good.
+  /// Whether another place of the field, or of a window of it, is nearly as good.
   [[nodiscard]] bool has_rival(const PrecomputationGrids& grids, const PointSet& seen,
-                               const SE2d& pose, double score) {
+                               const SE2d& pose, double score, const Area& area) {
     constexpr double kTile_m = 4.0;
     constexpr int kSectors = 8;
-    const auto [centre, all] = all_of(grids.grid());
     MatchOptions options;
     options.min_score = score - kMargin;
     const SearchWindow tile{kTile_m / 2, kTile_m / 2, Angle::degrees(180.0 / kSectors)};
-    const Eigen::Vector2d corner =
-        centre.translation() - Eigen::Vector2d(all.half_x_m, all.half_y_m);
-    for (double x = kTile_m / 2; x < 2 * all.half_x_m + kTile_m / 2; x += kTile_m)
-      for (double y = kTile_m / 2; y < 2 * all.half_y_m + kTile_m / 2; y += kTile_m)
+    const Eigen::Vector2d half(area.window.half_x_m, area.window.half_y_m);
+    const Eigen::Vector2d corner = area.centre.translation() - half;
+    for (double x = kTile_m / 2; x < 2 * half.x() + kTile_m / 2; x += kTile_m)
+      for (double y = kTile_m / 2; y < 2 * half.y() + kTile_m / 2; y += kTile_m)
         for (int h = 0; h < kSectors; ++h) {
           const SE2d at(Eigen::Vector2d(corner + Eigen::Vector2d(x, y)),
                         SO2d(Angle::degrees(h * 360.0 / kSectors)));

@@ -38,7 +38,7 @@ class Tracker {
     if (!motion.measured && gap.is_break()) return Track{{prior}, true, false};
     if (maps_are_old_) matching_.render(nodes);
     maps_are_old_ = false;
-    if (!motion.measured && gap.is_wide()) return place_far(points, prior, motion, gap);
+    if (!motion.measured && gap.is_wide()) return place_far(nodes, points, prior, motion, gap);
     const Eigen::Matrix3d information = motion.covariance().inverse();
     const Eigen::Vector3d reach = (3.0 * motion.sigma).cwiseMin(0.5);
     auto best = matching_.search(points, prior, {reach[0], reach[1], Angle::radians(reach[2])},
@@ -46,10 +46,13 @@ class Tracker {
     const bool widened = best && best->score < options_.tracked_score;
     if (widened) best = search_wider(nodes, points, prior, information, *best);
     if (!best) return best.error();
-    if (best->score < options_.lost_score) return Track{{prior, best->score}, widened};
+    if (best->score < options_.lost_score)
+      return Track{{prior, best->score}, widened, motion.measured && gap.is_wide()};
     if (!motion.measured && widened && best->score < options_.wide_loop_score)
       return Track{{prior, best->score}, true, false};
     const Placement sharp = matching_.refine(points, *best);
+    if (!motion.measured && !is_usual(sharp, kYoungShare))
+      return Track{{prior, best->score}, true, false};
     return Track{{settle(sharp, prior, motion), best->score, sharp.spread}, widened};
   }
 
@@ -66,8 +69,8 @@ class Tracker {
  private:
   /// Without odometry, scans far apart: surely where the search at all poses in reach finds one
   /// that agrees, and none with another heading.
-  Result<Track> place_far(const PointSet& points, const SE2d& prior, const Motion& motion,
-                          const Gap& gap) {
+  Result<Track> place_far(const NodeMap& nodes, const PointSet& points, const SE2d& prior,
+                          const Motion& motion, const Gap& gap) {
     const Eigen::Vector3d sigma = gap.sigma();
     const Eigen::Vector3d half = gap.reach().cwiseMin(4.0 * sigma);
     const SearchWindow window{half[0], half[1], Angle::radians(half[2])};
@@ -80,11 +83,24 @@ class Tracker {
     const Eigen::Vector3d moved = sharp.T_map_points.minus(prior).cwiseQuotient(sigma);
     const bool unusual = moved.cwiseAbs().maxCoeff() > kUnusual;
     const double needed = unusual ? options_.wide_loop_score : 0.0;
-    const bool sure = !*other && best->score >= needed && sharp.score > kUsualShare * usual_sharp_;
+    const bool sure = !*other && best->score >= needed && is_usual(sharp, share_needed(nodes, gap));
     if (!sure) return Track{{prior, best->score}, true, false};
-    usual_sharp_ += kGain * (sharp.score - usual_sharp_);
     return Track{{settle(sharp, prior, {motion.increment, sigma}), best->score, sharp.spread},
                  false};
+  }
+
+  /// Of the usual score in the refinement map: more after a scan that was not matched, less where
+  /// the map has seen little.
+  static double share_needed(const NodeMap& nodes, const Gap& gap) {
+    if (gap.is_doubted()) return kShareInDoubt;
+    const bool is_young = nodes.latest() < nodes.first_of_piece(nodes.pieces() - 1) + kYoungNodes;
+    return is_young ? kYoungShare : kUsualShare;
+  }
+  /// Without odometry, whether a scan agrees with the refinement map as others did.
+  bool is_usual(const Placement& sharp, double share) {
+    if (!(sharp.score > share * usual_sharp_)) return false;
+    usual_sharp_ += kGain * (sharp.score - usual_sharp_);
+    return true;
   }
 
   /// First in a wider window at the prediction, then at all headings in a map of all nodes nearby.
@@ -108,7 +124,8 @@ class Tracker {
   static constexpr double kUnusual = 2.5;
   /// Least score in the refinement map, of that of other scans: it depends on how far apart they
   /// are.
-  static constexpr double kUsualShare = 0.3, kGain = 0.05;
+  static constexpr double kUsualShare = 0.5, kYoungShare = 0.3, kShareInDoubt = 0.7, kGain = 0.05;
+  static constexpr int kYoungNodes = 4;  // of a piece whose map has seen little
   double usual_sharp_ = 0.4;
 };
 

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/slam/graph_slam.hpp>
 
 namespace wayfare::detail {
 
@@ -35,6 +37,24 @@ namespace wayfare::detail {
     }
   }
   return rays == 0 ? 0.0 : static_cast<double>(crossed) / static_cast<double>(rays);
+}
+
+/// Of scans in the order they were taken.
+[[nodiscard]] inline WallCrossings wall_crossings(std::span<const PlacedPoints> scans,
+                                                  const OccupancyGrid& walls,
+                                                  const Eigen::Vector2d& laser) {
+  constexpr std::size_t kStretch = 20;
+  std::vector<double> shares;
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    shares.push_back(crossing_share(scans.subspan(i, 1), walls, laser));
+  WallCrossings result{crossing_share(scans, walls, laser), 0.0};
+  const std::size_t stretch = std::min(kStretch, shares.size());
+  for (std::size_t i = 0; stretch > 0 && i + stretch <= shares.size(); ++i) {
+    double sum = 0.0;
+    for (std::size_t k = i; k < i + stretch; ++k) sum += shares[k];
+    result.worst_stretch = std::max(result.worst_stretch, sum / static_cast<double>(stretch));
+  }
+  return result;
 }
 
 }  // namespace wayfare::detail
