@@ -208,10 +208,16 @@ class GraphSlamEngine {
   /// pose predicted; 0 if that is not known.
   ScanOutcome begin_piece(const PointSet& points, LogTime time, const Motion& motion,
                           double reach_m) {
-    const SE2d T_before_scan = latest_node().inverse() * pose_ * motion.increment;
+    const SE2d predicted = pose_ * motion.increment;
+    const SE2d T_before_scan = latest_node().inverse() * predicted;
+    const int before = nodes_.latest();
     pose_ = beside();
     motion_model_.correct(pose_ * motion.increment.inverse());
     nodes_.start(pose_, points, T_before_scan, reach_m);
+    // Scans since the last that was matched belong to the piece, too.
+    for (auto s = scans_.rbegin(); s != scans_.rend() && s->time > loss_.matched_at(); ++s)
+      if (s->node == before)
+        *s = {s->time, nodes_.latest(), predicted.inverse() * nodes_.pose(before) * s->T_node_base};
     since_node_.setZero();
     tracker_.nodes_changed();
     loss_.begin(time);

@@ -78,6 +78,8 @@ class LossDetector {
   explicit LossDetector(const GraphSlamOptions& options) : options_(options) {}
 
   [[nodiscard]] const Gap& gap() const { return gap_; }
+  /// Time of the last scan that was surely matched.
+  [[nodiscard]] LogTime matched_at() const { return matched_at_; }
 
   /// Of the first scan of a piece.
   void begin(LogTime time) {

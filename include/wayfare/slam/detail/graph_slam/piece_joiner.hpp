@@ -41,7 +41,7 @@ class PieceJoiner {
     const int part = nodes.part_of(at);
     const PointSet seen = nodes.context(at, options_.loop_context_nodes);
     for (const int other : nodes.parts()) {
-      if (other == part || is_small(nodes, other)) continue;
+      if (other == part || is_small(nodes, other) || !may_join(nodes, at, part, other)) continue;
       const auto edge = match(nodes, at, seen, other);
       if (!edge) continue;
       auto agreeing = agreeing_with(nodes, *edge);
@@ -136,8 +136,15 @@ class PieceJoiner {
     return found ? *found : std::nullopt;
   }
 
+  /// Whether a match of the node would say where it is: it is expected there, or the other part is
+  /// the larger. In a small one a place seems to be the only one where others are not yet seen.
+  [[nodiscard]] static bool may_join(const NodeMap& nodes, int at, int part, int other) {
+    return expected_area(nodes, at, other).has_value() ||
+           nodes.nodes_of_part(other).size() >= nodes.nodes_of_part(part).size();
+  }
+
   /// Where a node should be, if that is known and in this part of the map.
-  [[nodiscard]] std::optional<Area> expected_area(const NodeMap& nodes, int at, int part) const {
+  [[nodiscard]] static std::optional<Area> expected_area(const NodeMap& nodes, int at, int part) {
     const Piece& piece = nodes.piece(nodes.piece_of(at));
     if (!(piece.reach_m > 0.0) || nodes.part_of(piece.before) != part) return std::nullopt;
     const SE2d first = nodes.pose(piece.before) * piece.T_before_first;
@@ -179,9 +186,11 @@ class PieceJoiner {
     if (!sharp || !*sharp) return std::nullopt;
     const SE2d& pose = (*sharp)->T_map_points;
     const PoseEdge<SE2d> edge = edge_to(nodes, at, **sharp, part);
+    const bool is_here = is_expected(nodes, edge);
     const bool is_loose = map.refine(seen, pose).spread.trace() > kMostSpread;
-    if (is_loose && !is_expected(nodes, edge)) return std::nullopt;
-    if (!(crossing(nodes, at, pose, around) < kMostCrossing)) return std::nullopt;
+    if (is_loose && !is_here) return std::nullopt;
+    if (!(crossing(nodes, at, pose, around) < (is_here ? kMostCrossing : kFewCrossing)))
+      return std::nullopt;
     if (has_rival(field(nodes, part), seen, pose, coarse.score, area)) return std::nullopt;
     return edge;
   }
@@ -242,7 +251,7 @@ class PieceJoiner {
   }
 
   /// The match and those before of the same parts that agree with it on their relative pose; none
-  /// if as many do not.
+  /// of these if half as many do not.
   [[nodiscard]] std::vector<PoseEdge<SE2d>> agreeing_with(const NodeMap& nodes,
                                                           const PoseEdge<SE2d>& edge) const {
     std::vector<PoseEdge<SE2d>> agreeing = {edge};
@@ -256,7 +265,7 @@ class PieceJoiner {
       else
         ++others;
     }
-    if (others >= agreeing.size()) agreeing.resize(1);
+    if (kMajority * others >= agreeing.size()) agreeing.resize(1);
     return agreeing;
   }
   /// Whether there are enough matches that share no nodes.
@@ -289,10 +298,10 @@ class PieceJoiner {
 
   static constexpr double kCell_m = 0.1, kSigma_m = 0.15, kOutlierProbability = 0.2;
   static constexpr double kCoarseScore = 0.65, kMargin = 0.04, kMostCrossing = 0.10,
-                          kMostSpread = 6.0;
+                          kFewCrossing = 0.05, kMostSpread = 6.0;
   static constexpr std::size_t kFewestNodes = 4;  // of parts that are joined
   static constexpr double kNear_m = 6.0;
-  static constexpr std::size_t kMostNear = 60, kLeastMatches = 3;
+  static constexpr std::size_t kMostNear = 60, kLeastMatches = 3, kMajority = 2;
   static constexpr int kContexts = 2;
 
   GraphSlamOptions options_;

@@ -48,7 +48,9 @@ class Tracker {
     if (!best) return best.error();
     if (best->score < options_.lost_score)
       return Track{{prior, best->score}, widened, motion.measured && gap.is_wide()};
-    if (!motion.measured && widened && best->score < options_.wide_loop_score)
+    // After a scan that was not matched the robot may be elsewhere.
+    const bool may_be_elsewhere = !motion.measured || (gap.is_doubted() && !gap.is_wide());
+    if (may_be_elsewhere && widened && best->score < options_.wide_loop_score)
       return Track{{prior, best->score}, true, false};
     const Placement sharp = matching_.refine(points, *best);
     if (!motion.measured && !is_usual(sharp, kYoungShare))
