@@ -167,7 +167,10 @@ class GraphSlamEngine {
     const double holds_s = std::max(kVelocityHolds_s, loss_.gap().usual_s());
     const Motion motion = motion_model_.predict(time, odometry, holds_s);
     const Motion by_velocity = motion_model_.predict(time, {}, holds_s);
-    if (LossDetector::leaps(motion, by_velocity, to_seconds(time - scans_.back().time))) {
+    // Scans of few points say nothing.
+    const bool is_blind = points.size() < Tracker<Matching>::kFewestPoints;
+    if (!is_blind &&
+        LossDetector::leaps(motion, by_velocity, to_seconds(time - scans_.back().time))) {
       ++statistics_.odometry_leaps;
       return begin_piece(points, time, by_velocity, 0.0);
     }
@@ -177,8 +180,7 @@ class GraphSlamEngine {
     if (!track) return track.error();
     const auto& [match, widened, sure] = *track;
     const bool found = sure && match.score >= options_.lost_score;
-    // Scans of few points say nothing.
-    if (points.size() >= Tracker<Matching>::kFewestPoints && loss_.is_lost(found, motion)) {
+    if (!is_blind && loss_.is_lost(found, motion)) {
       constexpr double kMargin_m = 1.0;
       const double reach_m = motion.measured ? 0.0 : loss_.gap().reach()[0] + kMargin_m;
       return begin_piece(points, time, motion, reach_m);

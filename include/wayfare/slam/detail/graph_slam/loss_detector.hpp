@@ -107,14 +107,14 @@ class LossDetector {
     last_scan_ = time;
   }
 
-  /// Whether odometry contradicts the velocity by more than a robot accelerates: its counter was
-  /// set, or the robot carried.
+  /// Whether odometry moves farther than a robot drives, and contradicts the velocity by as much:
+  /// its counter was set, or the robot carried.
   [[nodiscard]] static bool leaps(const Motion& odometry, const Motion& by_velocity,
                                   double step_s) {
     if (!odometry.measured) return false;
     const double change_m =
         (odometry.increment.translation() - by_velocity.increment.translation()).norm();
-    return change_m > 1.5 + 3.0 * step_s;
+    return std::min(change_m, odometry.increment.translation().norm()) > 1.5 + 3.0 * step_s;
   }
 
  private:
