@@ -157,7 +157,7 @@ struct GraphSlamRun {
   GraphSlamStatistics statistics;  ///< counts
   std::size_t refused_scans = 0;   ///< by add_scan
   std::string first_refusal;       ///< reason for the first of them
-  WallCrossings crossings;         ///< by the map
+  WallCrossings crossings;         ///< by the map; 0 with odometry and one piece: not checked
 };
 
 /// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times. Returns an
