@@ -1,6 +1,7 @@
 #include <wayfare/slam/graph_slam.hpp>
 
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -36,6 +37,24 @@ TEST(GraphSlam, ClosesTheLoopWithoutOdometry) {
   const auto slam = run_graph_slam(run.recording);
   ASSERT_TRUE(slam) << slam.error().to_string();
   EXPECT_LT(rmse_m(slam->trajectory, run.truth), 0.15);
+}
+
+// Counters set to zero half way: the second piece is joined to the first at its true place, or kept
+// apart from it; the leap itself never enters the map.
+TEST(GraphSlam, BeginsAPieceWhereOdometryLeaps) {
+  auto run = simulate(kRing, slipping_robot(), 1);
+  auto& odometry = run.recording.odometry;
+  const std::size_t half = odometry.size() / 2;
+  const SE2d zero = odometry[half].T_odom_base.raw().inverse();
+  ASSERT_GT(zero.translation().norm(), 2.0);
+  for (std::size_t i = half; i < odometry.size(); ++i)
+    odometry[i].T_odom_base =
+        Transform2<frame::Odom, frame::Base>(zero * odometry[i].T_odom_base.raw());
+  const auto slam = run_graph_slam(run.recording);
+  ASSERT_TRUE(slam) << slam.error().to_string();
+  EXPECT_GE(slam->statistics.odometry_leaps, 1U);
+  EXPECT_GE(slam->statistics.pieces, 2U);
+  EXPECT_TRUE(slam->statistics.pieces_apart > 0 || rmse_m(slam->trajectory, run.truth) < 0.15);
 }
 
 // Along featureless walls odometry must give the motion: matching tends to pull a robot back into

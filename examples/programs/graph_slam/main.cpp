@@ -1,6 +1,7 @@
 // LiDAR graph SLAM on a recorded log.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/slam_program.hpp"
@@ -27,6 +28,8 @@ std::vector<OptionField> fields(GraphSlamOptions& o) {
           option_field("sharp_sigma_m", o.sharp_sigma_m),
           option_field("tracked_score", o.tracked_score),
           option_field("lost_score", o.lost_score),
+          option_field("lost_scans", o.lost_scans),
+          option_field("lost_scans_without_odometry", o.lost_scans_without_odometry),
           option_field("nodes_between_loops", o.nodes_between_loops),
           option_field("loop_gap_nodes", o.loop_gap_nodes),
           option_field("loop_gap_travel_m", o.loop_gap_travel_m),
@@ -43,15 +46,39 @@ std::vector<OptionField> fields(GraphSlamOptions& o) {
           option_field("merge_turn_deg", o.merge_turn)};
 }
 
+/// Empty if there is none. Rays cross walls in maps of several pieces, or without odometry, only
+/// where they are wrong; with odometry, people do the same.
+std::string doubt(const GraphSlamRun& slam, bool no_odometry) {
+  constexpr double kMostCrossing = 0.08, kMostOfStretch = 0.16;
+  const GraphSlamStatistics& s = slam.statistics;
+  if (s.pieces_apart > 0)
+    return std::to_string(s.pieces_apart) +
+           " pieces of the trajectory were not joined; they are drawn beside the map";
+  if (!no_odometry && s.pieces < 2) return {};
+  const WallCrossings& crossings = slam.crossings;
+  if (crossings.share > kMostCrossing || crossings.worst_stretch > kMostOfStretch)
+    return eval::fixed(100.0 * crossings.share, 0) + " % of the rays cross walls, " +
+           eval::fixed(100.0 * crossings.worst_stretch, 0) +
+           " % on the worst stretch: a part of the map is likely wrong";
+  return {};
+}
+
 Result<LogRun> run(const Recording& recording, const GraphSlamOptions& options,
                    const SlamProgress& progress) {
   auto slam = run_graph_slam(recording, options, progress);
   if (!slam) return slam.error();
   const GraphSlamStatistics& s = slam->statistics;
-  return log_run(*slam,
-                 {{"graph", size_of(slam->graph)},
-                  {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)}},
-                 slam->graph);
+  Facts facts = {{"graph", size_of(slam->graph)},
+                 {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)}};
+  if (s.pieces > 1)
+    facts.emplace_back("pieces", std::to_string(s.pieces) + ", joins " +
+                                     accepted_and_refused(s.joins, s.joins_refused));
+  if (s.scans_apart > 0)
+    facts.emplace_back(
+        "not placed", std::to_string(s.scans_apart) + " scans, between pieces, at predicted poses");
+  LogRun result = log_run(*slam, std::move(facts), slam->graph);
+  result.doubt = doubt(*slam, recording.odometry.empty());
+  return result;
 }
 
 }  // namespace

@@ -132,6 +132,7 @@ void add_doubts(const RadarSlamRun& slam, const Recording& recording, Doubt& dou
   doubt_share(doubt, slam.refused_scans, s.scans + slam.refused_scans, "scans are refused");
   doubt_share(doubt, s.matches_refused, s.matches + s.matches_refused, "matches are refused");
   doubt_odometry(doubt, recording, slam.trajectory);
+  doubt_leaps(doubt, recording);
 }
 
 Result<Doubt> run(Options o) {

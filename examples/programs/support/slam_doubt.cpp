@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include <wayfare/sensors/trajectory.hpp>
 
@@ -79,6 +80,20 @@ void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& 
   }
   lengths.report(doubt, "stretches of 2 m");
   turns.report(doubt, "turns");
+}
+
+void doubt_leaps(Doubt& doubt, const Recording& recording) {
+  const std::vector<OdometrySample>& odometry = recording.odometry;
+  std::size_t leaps = 0;
+  for (std::size_t i = 1; i < odometry.size(); ++i) {
+    const SE2d& before = odometry[i - 1].T_odom_base.raw();
+    const SE2d& after = odometry[i].T_odom_base.raw();
+    const double step_s = to_seconds(odometry[i].time - odometry[i - 1].time);
+    leaps += (after.translation() - before.translation()).norm() > 1.5 + 3.0 * step_s ? 1 : 0;
+  }
+  if (leaps > 0)
+    doubt.add("odometry leaps at " + std::to_string(leaps) +
+              " of its samples: it was set, or the robot was carried");
 }
 
 }  // namespace wayfare::examples

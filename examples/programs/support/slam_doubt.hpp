@@ -21,4 +21,8 @@ void doubt_share(Doubt& doubt, std::size_t count, std::size_t all, const std::st
 /// five stretches or turns do not count.
 void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& path);
 
+/// That odometry leaps, for systems that do not begin a new piece of the trajectory there: by more
+/// than 1.5 m and what a robot drives at 3 m/s.
+void doubt_leaps(Doubt& doubt, const Recording& recording);
+
 }  // namespace wayfare::examples

@@ -104,6 +104,7 @@ struct LogRun {
   std::size_t refused_scans = 0;
   std::string first_refusal = {};
   std::vector<OtherEstimate> others = {};
+  std::string doubt = {};  ///< why the result is in doubt
 };
 
 /// From the run of a system of the library.

@@ -55,6 +55,11 @@ class BasicGraphSlam {
     return engine_.map(shape, model);
   }
 
+  /// Of every third node's rays through the walls of its map.
+  [[nodiscard]] WallCrossings wall_crossings(const OccupancyGrid& map) const {
+    return engine_.wall_crossings(map);
+  }
+
  private:
   detail::GraphSlamEngine<detail::MatcherMatching<M>> engine_;
 };

@@ -6,7 +6,9 @@
 // Every scan is matched to a local map of the latest nodes, starting at the pose predicted from
 // odometry. After a set travelled distance a scan becomes a node, joined to the previous one. Nodes
 // are matched to the older parts of the map within their position uncertainty; accepted matches
-// become loop closures, after which the graph is optimised.
+// become loop closures, after which the graph is optimised. Where tracking is lost or odometry
+// leaps, a new piece of the trajectory begins beside the map, and is joined to it once several
+// loops found without a prior pose agree.
 
 #include <cstddef>
 #include <cstdint>
@@ -55,6 +57,9 @@ struct GraphSlamOptions {
   double sharp_sigma_m = 0.03;   ///< blur of the refinement map: the range finder's own noise
   double tracked_score = 0.55;   ///< mean agreement in [0, 1] below which the search is widened
   double lost_score = 0.50;      ///< below it the odometry pose is kept and the edge is weak
+  /// After this number of consecutive scans without agreement a new piece of the trajectory begins.
+  int lost_scans = 5;
+  int lost_scans_without_odometry = 2;  ///< the same without odometry
 
   // Loop closures.
   int nodes_between_loops = 3;      ///< nodes between searches for loops
@@ -87,7 +92,20 @@ struct GraphSlamStatistics {
   std::size_t loop_closures = 0;     ///< accepted
   std::size_t loops_refused = 0;     ///< candidates matched and rejected
   std::size_t optimisations = 0;     ///< of the graph
+  std::size_t odometry_leaps = 0;    ///< changes of odometry that no motion explains
+  std::size_t pieces = 0;            ///< of the trajectory: one more whenever tracking was lost
+  std::size_t joins = 0;             ///< of pieces, by loops found without a prior pose
+  std::size_t joins_refused = 0;     ///< such loops contradicted by walls or by another place
+  std::size_t pieces_apart = 0;      ///< not joined: beside the map, at poses of their own
+  std::size_t scans_apart = 0;       ///< in pieces of a few nodes not joined: at predicted poses
   MatcherErrors matcher_errors;      ///< of the matcher's Errors and invalid results
+};
+
+/// Shares of rays that cross walls of a map a metre or more before their ends: some hundredths in a
+/// map without mistakes, where people walk and doors move.
+struct WallCrossings {
+  double share = 0.0;          ///< of all
+  double worst_stretch = 0.0;  ///< of those of 60 nodes in succession: the largest
 };
 
 /// Processes one scan at a time. Not thread-safe; results do not depend on timing or threads.
@@ -116,6 +134,8 @@ class GraphSlam {
   /// The map of all nodes' scans at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;
+  /// Of every third node's rays through the walls of its map.
+  [[nodiscard]] WallCrossings wall_crossings(const OccupancyGrid& map) const;
 
   /// The complete state, to continue later as if without interruption.
   [[nodiscard]] std::vector<std::uint8_t> save() const;
@@ -137,6 +157,7 @@ struct GraphSlamRun {
   GraphSlamStatistics statistics;  ///< counts
   std::size_t refused_scans = 0;   ///< by add_scan
   std::string first_refusal;       ///< reason for the first of them
+  WallCrossings crossings;         ///< by the map; 0 with odometry and one piece: not checked
 };
 
 /// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times. Returns an

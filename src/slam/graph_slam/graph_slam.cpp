@@ -35,6 +35,10 @@ Result<GraphSlam> GraphSlam::restore(std::span<const std::uint8_t> bytes,
   return slam;
 }
 
+WallCrossings GraphSlam::wall_crossings(const OccupancyGrid& map) const {
+  return engine_->wall_crossings(map);
+}
+
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options,
                                     const SlamProgress& progress) {
   options.T_base_laser = recording.T_base_laser;

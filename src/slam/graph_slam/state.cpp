@@ -13,7 +13,7 @@
 namespace wayfare::detail {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x31'48'50'41'52'47'53'57;  // "WSGRAPH1"
+constexpr std::uint64_t kFormat = 0x32'48'50'41'52'47'53'57;  // "WSGRAPH2"
 
 template <class A>
 void field(A& a, PointSet& points) {
@@ -28,6 +28,29 @@ void field(A& a, PointSet& points) {
     for (const Eigen::Vector2f& p : xy) points.push_back(p);
 }
 
+}  // namespace
+
+/// The fields of a LossDetector.
+struct LossState {
+  template <class A>
+  static void fields(A& a, LossDetector& loss) {
+    Gap& gap = loss.gap_;
+    wayfare::fields(a, loss.matched_at_, loss.last_scan_, loss.unsure_, gap.silent_s_, gap.usual_s_,
+                    gap.variance_);
+  }
+  static bool is_valid(const LossDetector& loss) {
+    return is_count(loss.unsure_) && loss.gap_.usual_s_ >= 0.0 &&
+           (loss.gap_.variance_.array() >= 0.0).all();
+  }
+};
+
+namespace {
+
+template <class A>
+void field(A& a, Piece& piece) {
+  fields(a, piece.first, piece.part, piece.before, piece.T_before_first, piece.reach_m);
+}
+
 template <class A>
 void all_fields(A& a, GraphSlamState& s) {
   each(a, s.nodes.graph().poses, [&](SE2d& pose) { wayfare::field(a, pose); });
@@ -36,14 +59,39 @@ void all_fields(A& a, GraphSlamState& s) {
     field(a, view.points);
     wayfare::field(a, view.travel_m);
   });
+  each(a, s.nodes.all_pieces(), [&](Piece& piece) { field(a, piece); });
+  wayfare::field(a, s.nodes.possible_joins());
   MotionState::fields(a, s.motion);
+  LossState::fields(a, s.loss);
   wayfare::field(a, s.scans);
-  fields(a, s.pose, s.since_node, s.last_searched, s.kept, s.nodes.merged());
+  fields(a, s.pose, s.since_node, s.last_searched, s.kept, s.nodes.merged(), s.usual_sharp);
   GraphSlamStatistics& n = s.statistics;
   for (std::size_t* count : {&n.scans, &n.unmatched_scans, &n.widened_searches, &n.loop_closures,
-                             &n.loops_refused, &n.optimisations})
+                             &n.loops_refused, &n.optimisations, &n.odometry_leaps, &n.pieces,
+                             &n.joins, &n.joins_refused, &n.pieces_apart, &n.scans_apart})
     wayfare::field(a, *count);
   wayfare::field(a, n.matcher_errors);
+}
+
+bool has_valid_counters(const GraphSlamState& s) {
+  const int latest = s.nodes.latest();
+  return s.last_searched <= latest && s.last_searched > -(1 << 28) && s.kept >= 0 &&
+         s.kept <= latest && s.usual_sharp >= 0.0 && s.usual_sharp <= 1.0;
+}
+
+/// Whether pieces begin one after another, the first at node 0, and belong to parts that begin no
+/// later.
+bool has_valid_pieces(NodeMap& nodes) {
+  const std::vector<Piece>& pieces = nodes.all_pieces();
+  if (pieces.empty() || pieces.front().first != 0) return false;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const Piece& p = pieces[i];
+    if (p.first >= nodes.size() || p.before < 0 || p.before > p.first || !(p.reach_m >= 0.0) ||
+        !is_near(p.T_before_first) || !in(p.part, i + 1) || nodes.piece(p.part).part != p.part ||
+        (i > 0 && p.first < pieces[i - 1].first))
+      return false;
+  }
+  return has_valid_edges(nodes.graph(), nodes.possible_joins());
 }
 
 /// Whether all indices are valid and the invariants of the class hold. The digest does not show
@@ -51,16 +99,18 @@ void all_fields(A& a, GraphSlamState& s) {
 bool is_valid(GraphSlamState& s) {
   const PoseGraph2& graph = s.nodes.graph();
   const std::size_t poses = graph.poses.size();
-  if (poses == 0) return s.scans.empty() && graph.edges.empty() && s.nodes.views().empty();
+  if (poses == 0)
+    return s.scans.empty() && graph.edges.empty() && s.nodes.views().empty() &&
+           s.nodes.all_pieces().empty() && s.nodes.possible_joins().empty();
   return s.nodes.views().size() == poses && !s.scans.empty() &&
          std::ranges::all_of(graph.poses, is_near) && has_valid_edges(graph, graph.edges) &&
+         has_valid_pieces(s.nodes) && LossState::is_valid(s.loss) &&
          std::ranges::is_sorted(s.scans, {}, &ScanPose::time) &&
          std::ranges::all_of(
              s.scans,
              [&](const ScanPose& p) { return in(p.node, poses) && is_near(p.T_node_base); }) &&
          MotionState::is_valid(s.motion, true) && is_near(s.pose) &&
-         is_positive_semidefinite(s.since_node) && s.last_searched <= s.nodes.latest() &&
-         s.last_searched > -(1 << 28) && s.kept >= 0 && s.kept <= s.nodes.latest();
+         is_positive_semidefinite(s.since_node) && has_valid_counters(s);
 }
 
 }  // namespace
@@ -79,6 +129,7 @@ Result<void> restore(GraphSlamState state, std::span<const std::uint8_t> bytes) 
   all_fields(a, state);
   if (!a.ok() || a.left() != 0 || !is_valid(state))
     return state_fault("values that are not a valid map", sizeof(std::uint64_t) + a.at());
+  state.nodes.hold_parts();
   return {};
 }
 

@@ -34,6 +34,17 @@ std::string doubt_of(const Recording& odometry, int laps = 3) {
   return doubt.why;
 }
 
+TEST(DoubtOfOdometry, NamesLeaps) {
+  Recording recording = square(1, 1.0, 1.0);
+  Doubt doubt;
+  doubt_leaps(doubt, recording);
+  EXPECT_EQ(doubt.why, "");
+  recording.odometry[40].T_odom_base =
+      Transform2<frame::Odom, frame::Base>(SE2d(40.0, 0.0, Angle{}));  // there and back
+  doubt_leaps(doubt, recording);
+  EXPECT_THAT(doubt.why, HasSubstr("odometry leaps at 2 of its samples"));
+}
+
 // 12 sides of 10 m with 12 corners of 90 degrees between them.
 TEST(DoubtOfOdometry, NamesLengthsAndTurnsThatContradictThePath) {
   EXPECT_EQ(doubt_of(square(3, 1.0, 1.0)), "");

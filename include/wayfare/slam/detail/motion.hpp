@@ -16,6 +16,7 @@ namespace wayfare {
 struct Motion {
   SE2d increment;
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< m, m, rad
+  bool measured = false;                            ///< by odometry, not predicted by a velocity
 
   [[nodiscard]] Eigen::Matrix3d covariance() const { return sigma.cwiseAbs2().asDiagonal(); }
   /// Of the motion since an earlier pose, given its covariance before this one.
@@ -55,6 +56,9 @@ inline constexpr double kLongestMotion_m = 1e4;
 /// Over a shorter interval no velocity is measured: errors of the poses would be divided by it.
 inline constexpr double kShortestInterval_s = 1e-3;
 
+/// A velocity is not extrapolated longer.
+inline constexpr double kVelocityHolds_s = 0.5;
+
 /// Predicts the next scan's pose from odometry, or at constant velocity.
 class MotionModel {
  public:
@@ -63,15 +67,17 @@ class MotionModel {
 
   /// From the last scan to `time`: the odometry increment if both ends and its noise are known and
   /// it is no leap, else at the velocity between the last two scans. Where the noise of that is NaN
-  /// it is 1 m and 1 rad.
-  [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry) const {
+  /// it is 1 m and 1 rad. The velocity holds for `longest_s`: not through a gap in the log.
+  [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry,
+                               double longest_s = kVelocityHolds_s) const {
     if (!last_) return {};
     if (odometry && last_->odometry) {
       const SE2d increment = last_->odometry->inverse() * *odometry;
       const auto sigma = at_least_rounding(sigma_of(increment, odometry_noise_));
-      if (sigma && increment.translation().norm() < kLongestMotion_m) return {increment, *sigma};
+      if (sigma && increment.translation().norm() < kLongestMotion_m)
+        return {increment, *sigma, true};
     }
-    const SE2d increment = SE2d::exp(velocity_ * interval_s(time));
+    const SE2d increment = SE2d::exp(velocity_ * interval_s(time, longest_s));
     const auto sigma = at_least_rounding(sigma_of(increment, velocity_noise_));
     return {increment, sigma.value_or(Eigen::Vector3d::Ones())};
   }
@@ -115,10 +121,9 @@ class MotionModel {
     SE2d pose;
   };
 
-  /// Since the last scan; no extrapolation through a gap in the log.
-  [[nodiscard]] double interval_s(LogTime time) const {
-    constexpr double kLongest_s = 0.5;
-    return std::min(to_seconds(time - last_->time), kLongest_s);
+  /// Since the last scan.
+  [[nodiscard]] double interval_s(LogTime time, double longest_s = kVelocityHolds_s) const {
+    return std::min(to_seconds(time - last_->time), longest_s);
   }
 
   MotionNoise odometry_noise_, velocity_noise_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <span>
 
@@ -34,6 +35,36 @@ class FieldMatching {
     return search_map_.search(points, prior, window, prior_information);
   }
 
+  /// In a window of any size; the prior with a score of 0 if nothing agrees.
+  [[nodiscard]] Result<Placement> search_far(const PointSet& points, const SE2d& prior,
+                                             const SearchWindow& window,
+                                             const Eigen::Matrix3d& prior_information) {
+    return search_map_.search_far(points, prior, window, options_.lost_score, prior_information);
+  }
+
+  /// Whether a pose of the window with another heading agrees nearly as well as the `best`.
+  [[nodiscard]] Result<bool> rival(const PointSet& points, const SE2d& prior,
+                                   const SearchWindow& window,
+                                   const Eigen::Matrix3d& prior_information,
+                                   const Placement& best) {
+    constexpr double kMargin = 0.1, kOther_deg = 25.0;
+    const Angle half = Angle::degrees(22.5);
+    const auto total = [&](const Placement& p) {
+      const Eigen::Vector3d d = p.T_map_points.minus(prior);
+      return p.score - 0.5 * d.dot(prior_information * d) / search_map_.score_weight();
+    };
+    for (Angle at = -window.half_heading + half; at <= window.half_heading; at = at + 2.0 * half) {
+      const SE2d middle(prior.translation(), prior.rotation() * SO2d(at));
+      const Placement found = search_map_.search_far(
+          points, middle, {window.half_x_m, window.half_y_m, half}, best.score - kMargin);
+      const SE2d apart = best.T_map_points.inverse() * found.T_map_points;
+      if (found.score > 0.0 && std::abs(apart.heading().degrees()) > kOther_deg &&
+          total(found) > total(best) - kMargin)
+        return true;
+    }
+    return false;
+  }
+
   /// At all headings in a map of all nodes nearby.
   [[nodiscard]] Result<Placement> search_around(const NodeMap& nodes, const PointSet& points,
                                                 const SE2d& prior) const {
@@ -60,7 +91,8 @@ class FieldMatching {
   [[nodiscard]] static Placement search_nearby(const NodeMap& nodes, const PointSet& points,
                                                const SE2d& prior, const GraphSlamOptions& options) {
     LocalMap around;
-    around.render(nodes.around(prior, 4.0, 80), options.cell_m, options.search_sigma_m);
+    around.render(nodes.around(prior, 4.0, 80, nodes.part_of(nodes.latest())), options.cell_m,
+                  options.search_sigma_m);
     return around.search(points, prior, {1.0, 1.0, 180_deg}, information_of({0.5, 0.5, 1.0}));
   }
 

@@ -32,18 +32,19 @@ class LocalMap {
                                  const std::optional<Eigen::Matrix3d>& prior_information = {}) {
     MatchOptions options;
     options.prior_information = prior_information;
-    // Errors of a scan's points are correlated, and in a corridor those beyond the mapped area bias
-    // the pose.
-    options.independent_points = 8.0;
+    options.independent_points = kIndependentPoints;
     return placement(near_.match(grid_, points, prior, window, options), prior);
   }
 
   /// The same for a large window by branch and bound, for scores of at least `min_score`. The first
   /// call after `render` is slower: it computes the precomputation grids.
   [[nodiscard]] Placement search_far(const PointSet& points, const SE2d& prior,
-                                     const SearchWindow& window, double min_score) {
+                                     const SearchWindow& window, double min_score,
+                                     const std::optional<Eigen::Matrix3d>& prior_information = {}) {
     MatchOptions options;
     options.min_score = min_score;
+    options.prior_information = prior_information;
+    if (prior_information) options.independent_points = kIndependentPoints;
     if (!pyramid_) pyramid_.emplace(grid_);
     return placement(far_.match(*pyramid_, points, prior, window, options), prior);
   }
@@ -57,7 +58,14 @@ class LocalMap {
     return {fine->T_map_points, fine->score, r * spread_of(fine->information) * r.transpose()};
   }
 
+  /// The log likelihood of a score of 1 relative to that of 0, nats.
+  [[nodiscard]] double score_weight() const { return -kIndependentPoints * grid_.log_floor(); }
+
  private:
+  /// Errors of a scan's points are correlated, and in a corridor those beyond the mapped area bias
+  /// the pose.
+  static constexpr double kIndependentPoints = 8.0;
+
   /// The match, if any; else the prior with a score of 0.
   static Placement placement(const Result<std::optional<MatchResult>>& match, const SE2d& prior) {
     if (!match || !*match) return {prior};

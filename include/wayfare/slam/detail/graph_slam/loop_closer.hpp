@@ -1,10 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <optional>
-#include <unordered_set>
 #include <vector>
 
 #include <Eigen/Core>
@@ -32,7 +29,7 @@ class LoopCloser {
     last_searched_ = nodes.latest();
     const std::vector<Candidate> tried = candidates(nodes);
     if (tried.empty()) return {};
-    const PointSet seen = context(nodes);
+    const PointSet seen = nodes.context(nodes.latest(), options_.loop_context_nodes);
     std::vector<LoopMatch> matches(tried.size(), std::optional<PoseEdge<SE2d>>());
     parallel_for(tried.size(), options_.threads,
                  [&](std::size_t i) { matches[i] = match(nodes, tried[i], seen); });
@@ -63,6 +60,7 @@ class LoopCloser {
     double nearest_m = 0.0;
     int misses = 2;  // nodes since the last that qualified; a single miss does not end a stretch
     for (int k = 0; k < nodes.latest() - options_.loop_gap_nodes; ++k) {
+      if (k == nodes.first_of_piece(nodes.piece_of(k))) misses = 2;
       if (!may_share_view(nodes, known, k)) {
         ++misses;
         continue;
@@ -103,34 +101,17 @@ class LoopCloser {
     return nodes.distance_m(k, latest) - reach < options_.loop_overlap_m;
   }
 
-  /// The points of the latest nodes in the latest node's frame, one per 10 cm cell: a larger and
-  /// less ambiguous view than a single scan.
-  [[nodiscard]] PointSet context(const NodeMap& nodes) const {
-    constexpr double kCell_m = 0.1;
-    const int latest = nodes.latest();
-    PointSet context;
-    std::unordered_set<std::int64_t> taken;
-    for (int k = latest; k >= std::max(0, latest - options_.loop_context_nodes); --k) {
-      const SE2d T_latest_node = nodes.pose(latest).inverse() * nodes.pose(k);
-      const PointSet& points = nodes.points(k);
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        const Eigen::Vector2d p = T_latest_node * points[i].cast<double>();
-        const auto x = static_cast<std::int64_t>(std::floor(p.x() / kCell_m));
-        const auto y = static_cast<std::int64_t>(std::floor(p.y() / kCell_m));
-        if (taken.insert((x << 32) ^ (y & 0xffffffff)).second) context.push_back(p.cast<float>());
-      }
-    }
-    return context;
-  }
-
-  /// The nodes of the map of a candidate: those before and after it, or, where nodes were merged
-  /// and those numbered next may be elsewhere, those nearest.
+  /// The nodes of the map of a candidate: those of its piece before and after it, or, where nodes
+  /// were merged and those numbered next may be elsewhere, those nearest.
   [[nodiscard]] std::vector<PlacedPoints> around(const NodeMap& nodes, int node) const {
     const int end = nodes.latest() - options_.loop_gap_nodes + 5;
     const int count = options_.loop_map_nodes;
-    if (!nodes.merged()) return nodes.chain(node - count, std::min(node + count, end));
+    const int piece = nodes.piece_of(node);
+    if (!nodes.merged())
+      return nodes.chain(node - count,
+                         std::min({node + count, end, nodes.end_of_piece(piece) - 1}));
     return nodes.around(nodes.pose(node), count * options_.node_distance_m,
-                        static_cast<std::size_t>(2 * count + 1), end + 1);
+                        static_cast<std::size_t>(2 * count + 1), nodes.piece(piece).part, end + 1);
   }
 
   /// The edge from a candidate to the latest node, if the latest scans match there.

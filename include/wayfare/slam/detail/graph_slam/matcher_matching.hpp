@@ -40,11 +40,24 @@ class MatcherMatching {
     return matched(matcher_, map_, points, prior, window, errors_, prior_information);
   }
 
+  /// Its iterations begin at the prior: the same as a search of this window.
+  [[nodiscard]] Result<Placement> search_far(const PointSet& points, const SE2d& prior,
+                                             const SearchWindow& window,
+                                             const Eigen::Matrix3d& prior_information) {
+    return search(points, prior, window, prior_information);
+  }
+  /// Not known.
+  [[nodiscard]] static Result<bool> rival(const PointSet&, const SE2d&, const SearchWindow&,
+                                          const Eigen::Matrix3d&, const Placement&) {
+    return false;
+  }
+
   [[nodiscard]] Result<Placement> search_around(const NodeMap& nodes, const PointSet& points,
                                                 const SE2d& prior) {
     const Placement found = FieldMatching::search_nearby(nodes, points, prior, options_);
     if (!(found.score > 0.0)) return Placement{prior};
-    const Map map = matcher_.make_map(nodes.around(found.T_map_points, kNear_m, kMostNear));
+    const Map map = matcher_.make_map(
+        nodes.around(found.T_map_points, kNear_m, kMostNear, nodes.part_of(nodes.latest())));
     return matched(matcher_, map, points, found.T_map_points, kAtFound, errors_);
   }
 

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/slam/detail/graph_slam/loss_detector.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/detail/motion.hpp>
@@ -18,11 +19,13 @@ namespace wayfare::detail {
 struct GraphSlamState {
   NodeMap& nodes;
   MotionModel& motion;
+  LossDetector& loss;
   std::vector<ScanPose>& scans;
   SE2d& pose;
   Eigen::Matrix3d& since_node;
   GraphSlamStatistics& statistics;
-  int &last_searched, &kept;
+  int &last_searched, &kept;  ///< nodes
+  double& usual_sharp;        ///< score of usual scans in the refinement map
 };
 
 /// As bytes.
