@@ -121,6 +121,14 @@ std::optional<GnssInsEstimate> lagged_by(const Noisy& drive, double lag_s, doubl
   return filter.lagged();
 }
 
+TEST(GnssInsSmoother, CorrelatedErrorsAreNotSmoothed) {
+  Noisy drive(4, 40.0);
+  ASSERT_TRUE(lagged_by(drive, 4.5, 0.0));
+  drive.options.correlated.share = 0.5;
+  EXPECT_FALSE(lagged_by(drive, 4.5, 0.0));
+  EXPECT_FALSE(smooth_gnss_ins(drive.recording, drive.options));
+}
+
 TEST(GnssInsSmoother, ALagIsTheEndOfTheWhole) {
   const Noisy drive(4, 40.0);
   const auto whole = smooth_gnss_ins(drive.recording, drive.options);

@@ -235,7 +235,8 @@ class GnssIns {
   /// The same without correlations, cheap enough for every reading. Needs started().
   [[nodiscard]] GnssInsPoint point() const;
   /// The estimate GnssInsOptions::smoothing_lag_s before the newest reading, by all measurements
-  /// since (fixed-lag smoothing; Bierman 1973). Nothing before it has run for that long.
+  /// since (fixed-lag smoothing; Bierman 1973). Nothing before it has run for that long, and with
+  /// GnssInsOptions::correlated errors, which are not smoothed.
   [[nodiscard]] std::optional<GnssInsEstimate> lagged() const;
   /// Innovations and notices since the last call.
   [[nodiscard]] std::vector<InnovationRecord> take_innovations();

@@ -31,7 +31,7 @@ class InsFilterWith final : public AnyInsFilter {
   explicit InsFilterWith(const GnssInsOptions& options)
       : options_(options), starter_(options), coarse_(options) {
     // Late measurements are replayed: what they change is kept as well.
-    if (options.smoothing_lag_s > 0.0)
+    if (options.smoothing_lag_s > 0.0 && options.correlated.share <= 0.0)
       history_.open(from_seconds(std::max(options.smoothing_lag_s, options.max_lateness_s + 1.0)));
   }
 
@@ -121,7 +121,7 @@ class InsFilterWith final : public AnyInsFilter {
   }
 
   [[nodiscard]] std::optional<GnssInsEstimate> lagged() const override {
-    if (!engine_) return std::nullopt;
+    if (!engine_ || options_.correlated.share > 0.0) return std::nullopt;
     return history_.estimate(engine_->time() - from_seconds(options_.smoothing_lag_s),
                              options_.q_body_imu);
   }
