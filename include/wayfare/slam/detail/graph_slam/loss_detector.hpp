@@ -31,7 +31,7 @@ class Gap {
   [[nodiscard]] Eigen::Vector3d reach() const {
     const double s = std::max(silent_s_, usual_s_);
     const double reach = std::min(0.5 + kSpeed_mps * s, 3.0);
-    return {reach, reach, std::min(0.5 + kTurnRate_rps * s, std::numbers::pi)};
+    return {reach, reach, std::min(0.5 + kTurnRate_radps * s, std::numbers::pi)};
   }
   /// Of the predicted pose: three times as large as errors of predictions before, and larger after
   /// a longer silence.
@@ -65,7 +65,7 @@ class Gap {
  private:
   friend struct LossState;  // saves and restores it
 
-  static constexpr double kSpeed_mps = 1.0, kTurnRate_rps = 0.7, kGain = 0.1, kFactor = 3.0;
+  static constexpr double kSpeed_mps = 1.0, kTurnRate_radps = 0.7, kGain = 0.1, kFactor = 3.0;
 
   bool doubted_ = false;
   double silent_s_ = 0.0, usual_s_ = 0.0;
