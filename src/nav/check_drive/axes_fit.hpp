@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -122,6 +123,12 @@ inline MountingFit fit_mounting(const ForceFit& fit, const Eigen::Vector3d& sign
 struct GyroFit {
   Eigen::Vector3d gain = Eigen::Vector3d::Ones();
   Eigen::Vector3d sigma = Eigen::Vector3d::Constant(1e9);
+
+  /// The size of all gains, which is that of a unit, and its standard deviation.
+  [[nodiscard]] std::pair<double, double> common() const {
+    const Eigen::Vector3d weight = sigma.cwiseAbs2().cwiseInverse();
+    return {weight.dot(gain.cwiseAbs()) / weight.sum(), 1.0 / std::sqrt(weight.sum())};
+  }
 };
 
 /// By the rate of the course about the vertical, and by the changes of gravity's direction between

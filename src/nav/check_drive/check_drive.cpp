@@ -225,7 +225,7 @@ class Checker {
     h.gyros = fit_gyros(pairs, unit_, offset_s_, h.mounting, sign,
                         result_.estimate.accel_factor.x(), track_.interval_spacing_s);
     for (int i = 0; i < 3; ++i)
-      if (h.gyros.gain[i] < -4.0 * h.gyros.sigma[i]) h.rate_sign[i] = -1.0;
+      if (is_negative(h.gyros, i)) h.rate_sign[i] = -1.0;
     const double turned = (options_.q_body_imu.inverse() * h.mounting.q_body_imu).log().norm();
     // A sign costs as much as a mounting that is off by some 40°.
     h.cost = turned / kDegree + 40.0 * static_cast<double>((h.rate_sign.array() < 0.0).count());
@@ -281,13 +281,21 @@ class Checker {
     }
   }
 
+  /// Whether the gain of an axis is negative and not positive, both of the size of the common gain:
+  /// by the ratio of their likelihoods.
+  static bool is_negative(const GyroFit& g, int axis) {
+    constexpr double kLogRatio = 20.0;
+    const double gain = g.gain[axis], sigma = g.sigma[axis];
+    return gain < -2.0 * sigma && -2.0 * gain * g.common().first > kLogRatio * sigma * sigma;
+  }
+
   void report_rate_unit(const GyroFit& g) {
-    const Vector3d weight = g.sigma.cwiseAbs2().cwiseInverse();
-    const double gain = weight.dot(g.gain.cwiseAbs()) / weight.sum();
-    const double sigma = 1.0 / std::sqrt(weight.sum());
+    const auto [gain, sigma] = g.common();
     if (!(sigma < 0.1 * gain) || (gain > 0.7 && gain < 1.4)) return;
     DriveEstimate& e = result_.estimate;
-    const auto near = [gain](double factor) { return gain > 0.7 * factor && gain < 1.4 * factor; };
+    const auto near = [gain = gain](double factor) {
+      return gain > 0.7 * factor && gain < 1.4 * factor;
+    };
     const char* unit = near(kDegree)         ? ": degrees per second read as rad/s"
                        : near(1.0 / kDegree) ? ": rad/s read as degrees per second"
                                              : "";
