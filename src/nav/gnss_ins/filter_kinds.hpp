@@ -9,8 +9,7 @@
 namespace wayfare::nav {
 
 [[nodiscard]] std::unique_ptr<AnyInsFilter> make_plain_filter(const GnssInsOptions& options);
-[[nodiscard]] std::unique_ptr<AnyInsFilter> make_wheel_filter(const GnssInsOptions& options);
-[[nodiscard]] std::unique_ptr<AnyInsFilter> make_phase_filter(const GnssInsOptions& options);
-[[nodiscard]] std::unique_ptr<AnyInsFilter> make_wheel_phase_filter(const GnssInsOptions& options);
+/// With states for wheels and carrier phases; those of the one that is not used stay zero.
+[[nodiscard]] std::unique_ptr<AnyInsFilter> make_aided_filter(const GnssInsOptions& options);
 
 }  // namespace wayfare::nav

@@ -11,9 +11,8 @@ namespace wayfare {
 namespace nav {
 
 std::unique_ptr<AnyInsFilter> make_ins_filter(const GnssInsOptions& options) {
-  if (options.odometer && options.carrier_phase) return make_wheel_phase_filter(options);
-  if (options.odometer) return make_wheel_filter(options);
-  return options.carrier_phase ? make_phase_filter(options) : make_plain_filter(options);
+  const bool aided = options.odometer || options.carrier_phase;
+  return aided ? make_aided_filter(options) : make_plain_filter(options);
 }
 
 }  // namespace nav

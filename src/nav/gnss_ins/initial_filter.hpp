@@ -41,7 +41,8 @@ template <class... Further>
   set(kGyroScale, o.imu.gyro_scale.sigma);
   set(kAccelScale, o.imu.accel_scale.sigma);
   p.diagonal().template segment<2 + kOffsets>(kClock).setConstant(1e4);
-  if constexpr (kHasOdometer<State>) start_odometer(*o.odometer, x, p);
+  if constexpr (kIsAided<State>)
+    if (o.odometer) start_odometer(*o.odometer, x, p);
   const Vector3d lever = o.q_body_imu.inverse() * o.antenna_lever_arm_m;
   return {start.nav.position,          0.0, x, p, InsNoise<double>(o.imu, o.clock), lever,
           further_block<Further>(o)...};

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <type_traits>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
@@ -41,9 +40,9 @@ class InsEngine {
         heading_unknown_(start.heading_sigma_rad > kUnknownHeading_rad),
         last_(first),
         clocks_(options.range_sigma_scale, options.gate_sigma),
-        errors_(options),
-        phases_(options),
-        wheels_(options) {
+        errors_(options) {
+    if (options.carrier_phase) phases_.emplace(options.clock, *options.carrier_phase);
+    if (options.odometer) wheels_.emplace(options, *options.odometer);
     last_.time = start.nav.time;
   }
 
@@ -82,11 +81,12 @@ class InsEngine {
     if (!notice.empty()) events.note(last_.time, notice);
     if (!ready) return;
     errors_.advance(filter_, last_.time);
-    if constexpr (kPhases) {
-      if (!notice.empty()) phases_.forget();
-      phases_.update(filter_, epoch, [&](SatelliteId id, const ScalarUpdate<double>& u) {
-        record(events, Kind::phase, id, u);
-      });
+    if (!notice.empty()) forget_phases();
+    if constexpr (kAided) {
+      if (phases_)
+        phases_->update(filter_, epoch, [&](SatelliteId id, const ScalarUpdate<double>& u) {
+          record(events, Kind::phase, id, u);
+        });
     }
     int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
     for (const CorrectedRange& s : epoch.satellites) {
@@ -106,7 +106,8 @@ class InsEngine {
     }
     reopen(ranges_rejected_since_, ranges_in, ranges, events);
     reopen(rates_rejected_since_, rates_in, rates, events);
-    if constexpr (kPhases) phases_.keep(filter_, epoch);
+    if constexpr (kAided)
+      if (phases_) phases_->keep(filter_, epoch);
     if (ranges_in < 4) return;
     full_epochs_.add(last_.time);
     if (rates_in >= 4) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
@@ -150,8 +151,9 @@ class InsEngine {
   }
 
   void apply(const WheelSpeed& wheels, EventLog& events) {
-    if constexpr (kWheels) {
-      const bool inflated = wheels_.update(filter_, wheels, [&](const ScalarUpdate<double>& u) {
+    if constexpr (kAided) {
+      if (!wheels_) return;
+      const bool inflated = wheels_->update(filter_, wheels, [&](const ScalarUpdate<double>& u) {
         record(events, Kind::wheels, {}, u);
       });
       if (inflated) events.note(last_.time, "wheels rejected for long: the covariance is inflated");
@@ -177,13 +179,10 @@ class InsEngine {
  private:
   using Kind = InnovationRecord::Kind;
   using Vector3d = Eigen::Vector3d;
-  static constexpr bool kPhases = kHasEarlier<State>, kWheels = kHasOdometer<State>;
-  struct None {
-    explicit None(const GnssInsOptions&) {}
-  };
+  static constexpr bool kAided = kIsAided<State>;
 
   void forget_phases() {
-    if constexpr (kPhases) phases_.forget();
+    if (phases_) phases_->forget();
   }
 
   void predict(const ImuInterval& imu, bool in_gap) {
@@ -263,10 +262,11 @@ class InsEngine {
 
   void update_non_holonomic(EventLog& events) {
     const bool with_satellites = full_epochs_.are_recent(last_.time);
-    if constexpr (kWheels)
-      return wheels_.update_across(filter_, with_satellites, [&](const ScalarUpdate<double>& u) {
-        record(events, Kind::constraint, {}, u);
-      });
+    if constexpr (kAided)
+      if (wheels_)
+        return wheels_->update_across(filter_, with_satellites, [&](const ScalarUpdate<double>& u) {
+          record(events, Kind::constraint, {}, u);
+        });
     if (with_satellites) return;
     if (filter_.state().velocity_mps.norm() < 0.5) return;
     const double sigma = options_.non_holonomic_sigma_mps;
@@ -320,8 +320,8 @@ class InsEngine {
   bool lost_ = false;
   ReceiverClocks clocks_;
   GnssErrors<Filter> errors_;
-  [[no_unique_address]] std::conditional_t<kPhases, PhaseChanges<Filter>, None> phases_;
-  [[no_unique_address]] std::conditional_t<kWheels, WheelUpdates<Filter>, None> wheels_;
+  std::optional<PhaseChanges<Filter>> phases_;  ///< of a filter with EarlierAntenna
+  std::optional<WheelUpdates<Filter>> wheels_;  ///< of a filter with Odometer
   std::optional<LogTime> ranges_rejected_since_, rates_rejected_since_;
 };
 

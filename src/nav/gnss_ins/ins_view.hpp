@@ -11,11 +11,8 @@ namespace wayfare::nav {
 
 /// Whether a state has the blocks of wheels, and of an earlier antenna position.
 template <class State>
-inline constexpr bool kHasOdometer = requires(const State& x) {
+inline constexpr bool kIsAided = requires(const State& x) {
   x.odometer;
-};
-template <class State>
-inline constexpr bool kHasEarlier = requires(const State& x) {
   x.earlier;
 };
 
@@ -46,11 +43,14 @@ struct InsView {
     Eigen::Matrix<double, kSize, kSize> rotation = Eigen::Matrix<double, kSize, kSize>::Identity();
     rotation.block<3, 3>(kAttitude, kAttitude) = q_body_imu.matrix();
     e.covariance = rotation * p.template topLeftCorner<kSize, kSize>() * rotation.transpose();
-    if constexpr (kHasOdometer<State>) {
+    if constexpr (kIsAided<State>) {
       constexpr int k = State::template index<ins::Odometer<double>>();
-      e.odometer = OdometerEstimate{x.odometer[0], x.odometer.template segment<2>(1),
-                                    x.odometer.template tail<3>(),
-                                    p.diagonal().template segment<6>(k).cwiseMax(0.0).cwiseSqrt()};
+      const Eigen::Matrix<double, 6, 1> variance = p.diagonal().template segment<6>(k);
+      // Without wheels it stays zero.
+      if (variance.any())
+        e.odometer =
+            OdometerEstimate{x.odometer[0], x.odometer.template segment<2>(1),
+                             x.odometer.template tail<3>(), variance.cwiseMax(0.0).cwiseSqrt()};
     }
     return e;
   }

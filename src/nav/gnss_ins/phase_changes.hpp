@@ -22,9 +22,8 @@ namespace wayfare::nav {
 template <class Filter>
 class PhaseChanges {
  public:
-  explicit PhaseChanges(const GnssInsOptions& options)
-      : options_(options.carrier_phase.value_or(CarrierPhaseOptions{})),
-        clock_walk_(options.clock.bias_walk_m_per_sqrt_s) {}
+  PhaseChanges(const ReceiverClockNoise& clock, const CarrierPhaseOptions& options)
+      : options_(options), clock_walk_(clock.bias_walk_m_per_sqrt_s) {}
 
   /// The next epoch is compared with none before it.
   void forget() { earlier_.reset(); }

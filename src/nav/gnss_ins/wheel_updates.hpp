@@ -27,7 +27,7 @@ template <class Block>
 [[nodiscard]] Block further_block(const GnssInsOptions& options) {
   if constexpr (std::same_as<Block, ins::Odometer<double>>) {
     typename Block::Value walk = Block::Value::Zero();
-    walk[0] = options.odometer->scale_walk_per_sqrt_s;
+    if (options.odometer) walk[0] = options.odometer->scale_walk_per_sqrt_s;
     return Block(walk);
   } else {
     return {};
@@ -38,8 +38,8 @@ template <class Block>
 template <class Filter>
 class WheelUpdates {
  public:
-  explicit WheelUpdates(const GnssInsOptions& options)
-      : options_(options.odometer.value_or(OdometerOptions{})),
+  WheelUpdates(const GnssInsOptions& options, const OdometerOptions& odometer)
+      : options_(odometer),
         reopen_s_(options.gate_reopen_s),
         outage_sigma_mps_(options.non_holonomic_sigma_mps),
         across_gate_sigma_(options.gate_sigma),

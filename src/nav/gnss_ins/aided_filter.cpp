@@ -3,7 +3,7 @@
 
 namespace wayfare::nav {
 
-std::unique_ptr<AnyInsFilter> make_wheel_phase_filter(const GnssInsOptions& options) {
+std::unique_ptr<AnyInsFilter> make_aided_filter(const GnssInsOptions& options) {
   return std::make_unique<InsFilterWith<ins::Odometer<double>, ins::EarlierAntenna<double>>>(
       options);
 }
