@@ -26,7 +26,7 @@ struct Element {
 class Elements {
  public:
   Elements(std::string_view text, std::string_view name)
-      : text_(text), begin_("<" + std::string(name)), end_("</" + std::string(name)) {}
+      : text_(text), begin_(std::string("<").append(name)), end_(std::string("</").append(name)) {}
 
   bool next(Element& element) {
     for (std::size_t at = at_; (at = text_.find(begin_, at)) != text_.npos; ++at) {
