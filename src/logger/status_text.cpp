@@ -89,6 +89,7 @@ std::string to_json(const LoggerStatus& status) {
     out += ",\"skipped_bytes\":" + std::to_string(s.decoding.skipped_bytes);
     out += ",\"damaged\":" + std::to_string(s.decoding.damaged);
     out += ",\"sample\":" + text(s.decoding.sample) + ",\"note\":" + text(s.note);
+    out += ",\"warning\":" + text(s.warning);
     if (!s.decoding.latest.empty() && out.size() + s.decoding.latest.size() < kRoom)
       out += ",\"latest\":" + s.decoding.latest;
     out += '}';

@@ -11,6 +11,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -103,6 +104,7 @@ Result<logger::SensorOptions> read_sensor(const Json& json, const std::string& p
                            {"baud", rate(s.device.baud)},
                            {"configuration", text(file)},
                            {"dtr", [&](const Json& v) { return set_dtr(v, s.dtr); }},
+                           {"mode", text(s.mode)},
                            {"request", [&](const Json& v) { return set_bytes(v, s.request); }}},
                           " of a sensor", path);
   if (!done) return done.error();
@@ -171,7 +173,7 @@ std::string example_logger_config() {
   "sensors": [
     {"name": "radar", "kind": "ti_mmwave", "port": "/dev/ttyACM1", "baud": 921600},
     {"name": "lidar", "kind": "rplidar", "port": "/dev/ttyUSB0", "baud": 115200,
-     "dtr": "off", "request": "A5 20"},
+     "mode": "typical"},
     {"name": "imu", "kind": "xsens", "port": "/dev/ttyUSB1", "baud": 115200}
   ]
 }
@@ -179,6 +181,24 @@ std::string example_logger_config() {
 }
 
 volatile std::sig_atomic_t end_requested = 0;
+
+/// Prints warnings on the standard error, each when it begins.
+class Warnings {
+ public:
+  void print(const logger::LoggerStatus& s) {
+    for (const logger::SensorStatus& sensor : s.sensors) print(sensor.name, sensor.warning);
+  }
+
+ private:
+  void print(const std::string& name, const std::string& warning) {
+    std::string kind = warning;  // without its numbers
+    std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
+    if (std::exchange(told_[name], kind) == kind || warning.empty()) return;
+    std::fprintf(stderr, "logger: warning: %s: %s\n", name.c_str(), warning.c_str());
+  }
+
+  std::map<std::string, std::string> told_;
+};
 
 struct Arguments {
   std::string config;
@@ -207,10 +227,14 @@ Result<void> run(const Arguments& a) {
   logger::Logger& logger = **started;
   if (a.record)
     if (auto begun = logger.begin(); !begun) return begun;
+  Warnings warnings;
   for (int tick = 1; logger.status().state != logger::LoggerState::terminated; ++tick) {
     std::this_thread::sleep_for(50ms);
     if (end_requested != 0) logger.terminate();
-    if (!a.quiet && tick % 20 == 0) print(logger.status());
+    if (tick % 20 != 0) continue;
+    const logger::LoggerStatus status = logger.status();
+    if (!a.quiet) print(status);
+    warnings.print(status);
   }
   const logger::LoggerStatus end = logger.status();
   if (!a.quiet) print(end);

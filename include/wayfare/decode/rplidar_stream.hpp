@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include <wayfare/core/detail/bytes.hpp>
@@ -14,7 +15,8 @@
 
 namespace wayfare::decode {
 
-/// Decodes an RPLIDAR's byte stream into whole revolutions with the times of their points.
+/// Decodes an RPLIDAR's byte stream into whole revolutions with the times of their points. The
+/// stream may begin inside a scan.
 class RplidarStream {
  public:
   /// `baud` > 0 of the line.
@@ -34,15 +36,11 @@ class RplidarStream {
  private:
   template <class Sink>
   void take(const RplidarPacket& packet, LogTime arrived, Sink& sink) {
-    if (packet.response() == RplidarResponse::sample_rate && !packet.is_descriptor()) {
-      const auto rate = rplidar_sample_rate(packet.bytes());
-      if (rate && rate->standard_us != 0 && rate->express_us != 0) rate_ = *rate;
-      return;
-    }
     // A new request began in the middle of a revolution.
     if (packet.is_descriptor()) revolutions_.finish([](const RplidarRevolution&) {});
-    const bool nodes = packet.response() == RplidarResponse::node;
-    const Duration sample = std::chrono::microseconds(nodes ? rate_.standard_us : rate_.express_us);
+    if (!packet.is_descriptor() && !is_rplidar_scan(packet.response())) return take_reply(packet);
+    const Duration sample =
+        packet.response() == RplidarResponse::node ? node_sample_ : capsule_sample_;
     const std::uint64_t end = packet.position() + packet.bytes().size();
     const LogTime last =
         arrived - line_time(fed_ - end, baud_) - rplidar_delay(packet.response(), sample, baud_);
@@ -53,12 +51,27 @@ class RplidarStream {
     });
   }
 
+  /// The time of a sample: of both kinds of scans, or of the mode that is started next.
+  void take_reply(const RplidarPacket& packet) {
+    if (packet.response() == RplidarResponse::sample_rate) {
+      const auto rate = rplidar_sample_rate(packet.bytes());
+      if (!rate || rate->standard_us == 0 || rate->express_us == 0) return;
+      node_sample_ = std::chrono::microseconds(rate->standard_us);
+      capsule_sample_ = std::chrono::microseconds(rate->express_us);
+    } else if (packet.response() == RplidarResponse::conf) {
+      const auto conf = rplidar_conf(packet.bytes());
+      const auto sample = conf ? rplidar_mode_sample(*conf) : std::nullopt;
+      if (sample) node_sample_ = capsule_sample_ = *sample;
+    }
+  }
+
   int baud_;
-  RplidarDecoder decoder_;
+  RplidarDecoder decoder_{RplidarFraming::running()};
   RplidarUnpacker unpacker_;
   RplidarRevolutions<> revolutions_;
   /// An A1's, until the device reports its own: 2000 nodes per second, 4000 in capsules.
-  RplidarSampleRate rate_ = {500, 250};
+  Duration node_sample_ = std::chrono::microseconds(500),
+           capsule_sample_ = std::chrono::microseconds(250);
   std::uint64_t fed_ = 0;
 };
 

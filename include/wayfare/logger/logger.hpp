@@ -45,6 +45,9 @@ struct SensorOptions {
   std::string port;                   ///< path of the serial line
   ModemLine dtr = ModemLine::keep;    ///< set when the port is opened
   std::vector<std::uint8_t> request;  ///< bytes sent once the port is open, such as a scan request
+  /// Of an RPLIDAR without a `request`: the scan mode in which it is started by its protocol (see
+  /// decode::RplidarStart), or "listen" to send nothing.
+  std::string mode = "typical";
 };
 
 /// Devices, files, intervals and remote control of a Logger.
@@ -58,6 +61,8 @@ struct LoggerOptions {
   /// own.
   Duration sync_every = std::chrono::seconds(1);
   Duration status_every = std::chrono::seconds(1);  ///< interval of the status lines
+  /// Time of bytes that become no measurement until the sensor's status has a warning.
+  Duration warn_after = std::chrono::seconds(3);
   /// Waiting for the disk; beyond, data is dropped.
   std::size_t queue_bytes = std::size_t{64} << 20;
   std::string control_port = {};  ///< serial line with remote control; empty: none
@@ -104,7 +109,8 @@ struct SensorStatus {
   double bytes_per_s = 0.0;     ///< over the last status interval
   double messages_per_s = 0.0;  ///< decoded, over the last status interval
   DecodingStatus decoding;      ///< results of its decoder
-  std::string note;             ///< reason for waiting, limitations of the line
+  std::string note;  ///< reason for waiting, limitations of the line, what an RPLIDAR identified as
+  std::string warning;  ///< bytes become no measurements, and why; no scan of an RPLIDAR
 };
 
 /// File, counts and error are those of the last recording that was begun, even if its file could
