@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -69,7 +71,9 @@ constexpr std::string_view kStatusSchema =
 
 struct Logger::Impl {
   explicit Impl(LoggerOptions given, ControlLine control_line)
-      : options(std::move(given)), recorder(options, clock), control(std::move(control_line)) {}
+      : options(std::move(given)),
+        recorder(options, clock, [this] { return head(); }),
+        control(std::move(control_line)) {}
   ~Impl() {
     quit = true;
     if (thread.joinable()) thread.join();
@@ -90,9 +94,17 @@ struct Logger::Impl {
 
   Result<void> begin() {
     io::McapMetadata about = {{"sensors", std::to_string(options.sensors.size())},
-                              {"clock", "monotonic, set to UTC when the logger started"}};
+                              {"clock", "monotonic, set to UTC when the logger started"},
+                              {"run", run}};
     for (const SensorOptions& s : options.sensors) about["sensor " + s.device.name] = s.device.kind;
     return recorder.begin(about);
+  }
+
+  /// The messages with which every file begins.
+  [[nodiscard]] std::vector<LoggedMessage> head() const { return {message_of(clock.read())}; }
+  [[nodiscard]] LoggedMessage message_of(const ClockReading& reading) const {
+    return {options.sensors.size(), false,         clock_stream,
+            reading.stamp,          reading.stamp, clock_reading_json(reading)};
   }
 
   void obey(Command command) {
@@ -106,7 +118,10 @@ struct Logger::Impl {
   void coordinate() {
     constexpr milliseconds kPoll(20);
     LogTime last = clock.now(), answered = last - kPoll;
+    ClockWatch watch(clock);
     while (!quit) {
+      if (const auto correction = watch.correction())
+        recorder.add(recorder.session(), message_of(*correction), true);
       control.poll(kPoll, [&](Command command) { obey(command); });
       const LogTime now = clock.now();
       const bool due = now - last >= options.status_every;
@@ -135,14 +150,23 @@ struct Logger::Impl {
   }
 
   const LoggerOptions options;
-  const LoggerClock clock;
+  const LoggerClock clock{options.wall_clock};
+  /// Which files have one clock.
+  const std::string run =
+      std::to_string(clock.now().nanoseconds()) + "-" + std::to_string(::getpid());
+  const std::shared_ptr<const Stream> stream = std::make_shared<const Stream>(
+      Stream{"/logger/status", "json", "wayfare.LoggerStatus", std::string(kStatusSchema), {}});
+  const std::shared_ptr<const Stream> clock_stream =
+      std::make_shared<const Stream>(Stream{std::string(kClockTopic),
+                                            "json",
+                                            std::string(clock_reading_schema().name),
+                                            std::string(clock_reading_schema().json),
+                                            {}});
   Recorder recorder;
   std::vector<std::unique_ptr<Sensor>> sensors;
   ControlLine control;
   std::atomic<bool> quit{false};
   bool report = false;  ///< of the coordinating thread
-  const std::shared_ptr<const Stream> stream = std::make_shared<const Stream>(
-      Stream{"/logger/status", "json", "wayfare.LoggerStatus", std::string(kStatusSchema), {}});
   std::thread thread;
 };
 

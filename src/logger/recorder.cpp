@@ -22,9 +22,10 @@ std::string name_by_time(const std::string& prefix, LogTime time) {
 
 }  // namespace
 
-Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock)
+Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock, Head head)
     : options_(options),
       clock_(clock),
+      head_(std::move(head)),
       queue_(options.queue_bytes),
       pending_(options.sensors.size() + 1),
       tallies_(options.sensors.size() + 1) {
@@ -84,12 +85,9 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
     state_ = terminating_ ? LoggerState::terminated : LoggerState::failed;
     return done;
   }
-  writer_.emplace(std::move(*writer));
-  channels_.clear();
-  schemas_.clear();
   failure_.clear();
+  open(std::move(*writer));
   written_ = writer_->bytes_written();
-  chunks_ = writer_->statistics().chunks;
   flushed_ = synced_ = begun_;
   session_ = ++sessions_;
   if (state_ == LoggerState::starting) {
@@ -98,6 +96,15 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
     close_session();  // it was stopped meanwhile
   }
   return {};
+}
+
+void Recorder::open(io::McapWriter writer) {
+  writer_.emplace(std::move(writer));
+  channels_.clear();
+  schemas_.clear();
+  chunks_ = writer_->statistics().chunks;
+  // A disk that fails is met by the next flush.
+  for (const LoggedMessage& message : head_()) static_cast<void>(write(message));
 }
 
 void Recorder::close_session() {
@@ -132,7 +139,7 @@ std::uint32_t Recorder::session() const {
   return session_ != 0 ? session_ : failed_session_;
 }
 
-void Recorder::add(std::uint32_t session, LoggedMessage message) {
+void Recorder::add(std::uint32_t session, LoggedMessage message, bool always) {
   constexpr std::size_t kOverhead = sizeof(Item) + 32;
   const std::size_t source = message.source, cost = message.data.size() + kOverhead;
   // Under one lock with the check: no message of a session follows the mark of its end.
@@ -140,6 +147,7 @@ void Recorder::add(std::uint32_t session, LoggedMessage message) {
   if (session == 0) return;
   if (session == failed_session_) ++tallies_[source].dropped;
   if (session != session_) return;
+  if (always) return queue_.push_always({Kind::message, std::move(message)});
   if (!queue_.push({Kind::message, std::move(message)}, cost)) ++tallies_[source].dropped;
 }
 

@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,20 +20,9 @@
 #include <wayfare/logger/detail/bounded_queue.hpp>
 #include <wayfare/logger/logger.hpp>
 
+#include "logger/clock_watch.hpp"
+
 namespace wayfare::logger {
-
-/// The clock of all stamps.
-class LoggerClock {
- public:
-  [[nodiscard]] LogTime now() const {
-    return LogTime() + (std::chrono::steady_clock::now().time_since_epoch() + offset_);
-  }
-
- private:
-  /// UTC minus the monotonic clock.
-  Duration offset_ = std::chrono::system_clock::now().time_since_epoch() -
-                     std::chrono::steady_clock::now().time_since_epoch();
-};
 
 /// A timeout that can be added to the present time of any clock.
 [[nodiscard]] inline Duration waitable(Duration timeout) {
@@ -58,7 +48,9 @@ struct Tally {
 /// mark of its end. The state leaves `recording` and `stopping` when the mark is met.
 class Recorder {
  public:
-  Recorder(const LoggerOptions& options, const LoggerClock& clock);
+  /// Every file begins with the messages that `head` gives.
+  using Head = std::function<std::vector<LoggedMessage>()>;
+  Recorder(const LoggerOptions& options, const LoggerClock& clock, Head head);
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
   /// Writes all that is queued.
@@ -73,8 +65,8 @@ class Recorder {
   /// Which recording is being made, or has failed while its state still says `recording`; 0: none.
   [[nodiscard]] std::uint32_t session() const;
   /// Takes a message of recording `session`: it is written or counted as dropped. One of a session
-  /// that has ended belongs to none.
-  void add(std::uint32_t session, LoggedMessage message);
+  /// that has ended belongs to none. `always`: also where the queue is full.
+  void add(std::uint32_t session, LoggedMessage message, bool always = false);
 
   /// Fills state, file, error, times and amounts; gives the tally of each source.
   [[nodiscard]] std::vector<Tally> fill(LoggerStatus& status) const;
@@ -98,6 +90,7 @@ class Recorder {
   // These need `writer_mutex_`.
   void handle(const Item& item);
   void flush_if_due();
+  void open(io::McapWriter writer);
   Result<void> write(const LoggedMessage& message);
   void settle();
   void drop(std::size_t source);
@@ -110,6 +103,7 @@ class Recorder {
 
   const LoggerOptions& options_;
   const LoggerClock& clock_;
+  const Head head_;
   BoundedQueue<Item> queue_;
 
   std::mutex writer_mutex_;  ///< held while the disk works; taken before the other

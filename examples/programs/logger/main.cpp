@@ -19,6 +19,7 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/logger.hpp>
 
+#include "set_right.hpp"
 #include "support/command_line.hpp"
 
 namespace {
@@ -204,6 +205,7 @@ struct Arguments {
   std::string config;
   bool record = false;
   bool quiet = false;
+  examples::SetRight set_right;
 };
 
 void print(const logger::LoggerStatus& s) {
@@ -218,6 +220,8 @@ void print(const logger::LoggerStatus& s) {
 }
 
 Result<void> run(const Arguments& a) {
+  if (!a.set_right.files.empty()) return examples::set_right(a.set_right);
+  if (a.config.empty()) return examples::bad_use("--config is required");
   auto options = read_logger_config(a.config);
   if (!options) return options.error();
   std::error_code code;
@@ -250,14 +254,27 @@ int main(int argc, char** argv) {
       "Record several devices into one MCAP file: their bytes and the decoded messages. Begins on "
       "the remote command B, or immediately with --record.");
   Arguments a;
-  app.add_file("--config", a.config, "JSON file of sensors and options; see --print-config")
-      .required();
+  app.add_file("--config", a.config, "JSON file of sensors and options; see --print-config");
   app.add_flag("--record", a.record, "begin to record immediately");
   app.add_flag("--quiet", a.quiet, "print no progress: no status on the terminal");
   app.add_print(
       "--print-config", [] { return example_logger_config(); },
       "print an example of --config, and exit");
+  app.add_file("--set-right", a.set_right.files,
+               "recordings of one run of the logger: shows how the computer's clock was set, and "
+               "with --out writes copies with stamps by that clock, instead of recording")
+      .take_all()
+      .excludes("--config");
+  app.add_option("--out", a.set_right.out, "folder of the copies")
+      .shown_as("DIR")
+      .needs("--set-right");
+  app.add_option("--reading", a.set_right.reading,
+                 "number of the reading of the clock that is right; by default the last one")
+      .range(1, 1'000'000)
+      .needs("--out");
   app.example("--config sensors.json --record", "records at once; Ctrl-C ends");
+  app.example("--set-right walk-20260501T120000Z.mcap --out right",
+              "a copy whose stamps are by the clock as it was set last");
   if (const auto code = app.parse(argc, argv)) return *code;
   const auto end = [](int) { end_requested = 1; };
   std::signal(SIGINT, end);

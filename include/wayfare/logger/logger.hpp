@@ -73,6 +73,8 @@ struct LoggerOptions {
   /// Creates the output of a recording; empty: a file. Neither it nor its sinks may call `begin` or
   /// destroy the logger.
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
+  /// The computer's clock, UTC; empty: the system's. Called by several threads.
+  std::function<LogTime()> wall_clock = {};
 };
 
 /// What the logger does now.
@@ -140,8 +142,9 @@ struct LoggerStatus {
 /// recording that is stopped while its file is being created is ended once that is done.
 ///
 /// Times are nanoseconds of UTC since 1970 by the computer's clock at the start of the logger, and
-/// by its monotonic clock from then on, so that they never jump. For each sensor the recording has
-/// the channel /NAME/raw with its bytes and their times of reading, and the channels of decoded
+/// by its monotonic clock from then on, so that they never jump; /logger/clock has the computer's
+/// clock where a file begins and where that clock was set. For each sensor the recording has the
+/// channel /NAME/raw with its bytes and their times of reading, and the channels of decoded
 /// messages; and it has /logger/status.
 class Logger {
  public:
