@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -18,6 +19,7 @@
 #include <wayfare/logger/serial_port.hpp>
 
 #include "logger/control_line.hpp"
+#include "logger/disk_watch.hpp"
 #include "logger/recorder.hpp"
 #include "logger/sensor.hpp"
 
@@ -89,6 +91,9 @@ struct Logger::Impl {
       status.sensors.back().dropped = tallies[i].dropped;
       status.dropped += tallies[i].dropped;
     }
+    const std::lock_guard lock(disk_mutex);
+    if (status.state == LoggerState::recording && !full_soon.empty())
+      status.warning += (status.warning.empty() ? "" : "; ") + full_soon;
     return status;
   }
 
@@ -138,8 +143,22 @@ struct Logger::Impl {
     }
   }
 
+  /// Words for a disk that is full soon.
+  void watch_disk(const LoggerStatus& now) {
+    disk.add(now.time, now.written, now.disk_free);
+    const auto left_s = disk.seconds_left();
+    const bool soon = left_s && *left_s <= to_seconds(options.warn_disk);
+    std::array<char, 80> text{};
+    if (soon)
+      std::snprintf(text.data(), text.size(), "the disk is full in %.0f min at %.2f MB/s",
+                    *left_s / 60.0, *disk.rate() * 1e-6);
+    const std::lock_guard lock(disk_mutex);
+    full_soon = text.data();
+  }
+
   void tell(bool record) {
     LoggerStatus now = status();
+    if (record) watch_disk(now);
     control.send(status_line(to_json(now)));
     if (!record) return;
     // The recording has all measurements.
@@ -167,6 +186,9 @@ struct Logger::Impl {
   ControlLine control;
   std::atomic<bool> quit{false};
   bool report = false;  ///< of the coordinating thread
+  DiskWatch disk;       ///< of the coordinating thread
+  mutable std::mutex disk_mutex;
+  std::string full_soon;
   std::thread thread;
 };
 

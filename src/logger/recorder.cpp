@@ -2,30 +2,14 @@
 
 #include <sys/statvfs.h>
 
-#include <array>
-#include <ctime>
-#include <filesystem>
 #include <utility>
 
 namespace wayfare::logger {
-namespace {
-
-/// "recording-20260501T120000Z": sorts by time and is valid on any file system.
-std::string name_by_time(const std::string& prefix, LogTime time) {
-  const std::time_t seconds = time.nanoseconds() / 1'000'000'000;
-  std::tm utc{};
-  ::gmtime_r(&seconds, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y%m%dT%H%M%SZ", &utc);
-  return prefix + "-" + text.data();
-}
-
-}  // namespace
-
 Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock, Head head)
     : options_(options),
       clock_(clock),
       head_(std::move(head)),
+      names_(options, clock),
       queue_(options.queue_bytes),
       pending_(options.sensors.size() + 1),
       tallies_(options.sensors.size() + 1) {
@@ -38,27 +22,6 @@ Recorder::~Recorder() {
   thread_.join();
 }
 
-Result<io::McapWriter> Recorder::create(std::string& path) const {
-  io::McapWriterOptions how;
-  how.library = "wayfare logger";
-  const std::string base =
-      (std::filesystem::path(options_.folder) / name_by_time(options_.prefix, clock_.now()))
-          .string();
-  // Two recordings started within one second.
-  for (int n = 0; n < 100; ++n) {
-    path = base + (n == 0 ? "" : "-" + std::to_string(n)) + ".mcap";
-    std::error_code ignored;
-    if (std::filesystem::exists(path, ignored)) continue;
-    if (options_.open_sink) {
-      auto sink = options_.open_sink(path);
-      if (!sink) return sink.error();
-      return io::McapWriter::create(std::move(*sink), how);
-    }
-    return io::McapWriter::create(path, how);
-  }
-  return Error{ErrorCode::io, "there are a hundred recordings of this second already", base};
-}
-
 Result<void> Recorder::begin(const io::McapMetadata& about) {
   {
     std::unique_lock lock(state_mutex_);
@@ -69,14 +32,15 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
       return Error{ErrorCode::invalid, "the recording before is still being written", file_};
     state_ = LoggerState::starting;
   }
-  std::string path;
-  auto writer = create(path);
-  const Result<void> done = writer ? writer->add_metadata("logger", about) : writer.error();
-  if (!done) writer = done.error();  // the file is closed before the state says that it failed
+  const std::string base = names_.free_base();
+  auto writer = names_.create(base, 1, about);
+  const Result<void> done = writer ? Result<void>() : writer.error();
   const std::lock_guard writing(writer_mutex_);
   const std::lock_guard lock(state_mutex_);
-  file_ = path;
+  file_ = names_.path_of(base, 1);
+  files_ = done ? 1 : 0;
   error_ = done ? "" : done.error().to_string();
+  warning_.clear();
   begun_ = ended_ = clock_.now();
   written_ = 0;
   tallies_.assign(tallies_.size(), {});
@@ -86,6 +50,11 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
     return done;
   }
   failure_.clear();
+  base_ = base;
+  part_ = 1;
+  about_ = about;
+  before_ = 0;
+  part_begun_ = rotate_at_ = begun_;
   open(std::move(*writer));
   written_ = writer_->bytes_written();
   flushed_ = synced_ = begun_;
@@ -160,8 +129,10 @@ void Recorder::run() {
         running = running && item.kind != Kind::quit;
         handle(item);
         flush_if_due();
+        rotate_if_due();
       }
       flush_if_due();
+      rotate_if_due();
     }
     queue_.done();
   }
@@ -192,7 +163,7 @@ void Recorder::settle() {
   if (writer_->statistics().chunks == chunks_) return;
   chunks_ = writer_->statistics().chunks;
   const std::lock_guard lock(state_mutex_);
-  written_ = writer_->bytes_written();
+  written_ = before_ + writer_->bytes_written();
   for (std::size_t i = 0; i < pending_.size(); ++i)
     tallies_[i].raw_bytes += std::exchange(pending_[i], {}).raw_bytes;
 }
@@ -232,12 +203,50 @@ void Recorder::flush_if_due() {
   if (!done) fail(done.error());
 }
 
+void Recorder::rotate_if_due() {
+  if (!writer_ || !names_.rotates()) return;
+  const LogTime now = clock_.now();
+  const bool large =
+      options_.rotate_bytes != 0 && writer_->bytes_written() >= options_.rotate_bytes;
+  const bool old =
+      options_.rotate_every > Duration(0) && now - part_begun_ >= options_.rotate_every;
+  if ((large || old) && now >= rotate_at_) rotate(now);
+}
+
+/// The next file exists before the last one is closed: where it cannot be created, that one goes
+/// on.
+void Recorder::rotate(LogTime now) {
+  constexpr Duration kAgain = std::chrono::seconds(10);
+  const auto flushed = writer_->flush();
+  settle();
+  if (!flushed) return fail(flushed.error());
+  const std::string path = names_.path_of(base_, part_ + 1);
+  auto next = names_.create(base_, part_ + 1, about_);
+  if (!next) {
+    rotate_at_ = now + kAgain;
+    const std::lock_guard lock(state_mutex_);
+    warning_ = "no next file: " + next.error().to_string();
+    return;
+  }
+  // All data is in the file: without its index it is read from the front.
+  static_cast<void>(close_file());
+  before_ = written_;
+  ++part_;
+  part_begun_ = now;
+  open(std::move(*next));
+  const std::lock_guard lock(state_mutex_);
+  written_ = before_ + writer_->bytes_written();
+  file_ = path;
+  files_ = part_;
+  warning_.clear();
+}
+
 Result<void> Recorder::close_file() {
   auto done = writer_->close();
   settle();
   {
     const std::lock_guard lock(state_mutex_);
-    written_ = writer_->bytes_written();
+    written_ = before_ + writer_->bytes_written();
     for (std::size_t i = 0; i < pending_.size(); ++i)
       tallies_[i].dropped += std::exchange(pending_[i], {}).messages;
   }
@@ -274,7 +283,9 @@ std::vector<Tally> Recorder::fill(LoggerStatus& status) const {
   status.state = state_;
   status.time = clock_.now();
   status.file = file_;
+  status.files = files_;
   status.error = error_;
+  status.warning = warning_;
   const bool running = state_ == LoggerState::recording || state_ == LoggerState::stopping;
   status.seconds = to_seconds((running ? status.time : ended_) - begun_);
   status.written = written_;

@@ -21,6 +21,7 @@
 #include <wayfare/logger/logger.hpp>
 
 #include "logger/clock_watch.hpp"
+#include "logger/recording_files.hpp"
 
 namespace wayfare::logger {
 
@@ -89,6 +90,8 @@ class Recorder {
 
   // These need `writer_mutex_`.
   void handle(const Item& item);
+  void rotate_if_due();
+  void rotate(LogTime now);
   void flush_if_due();
   void open(io::McapWriter writer);
   Result<void> write(const LoggedMessage& message);
@@ -99,11 +102,11 @@ class Recorder {
   void end();
 
   void run();
-  Result<io::McapWriter> create(std::string& path) const;
 
   const LoggerOptions& options_;
   const LoggerClock& clock_;
   const Head head_;
+  const RecordingFiles names_;
   BoundedQueue<Item> queue_;
 
   std::mutex writer_mutex_;  ///< held while the disk works; taken before the other
@@ -111,7 +114,12 @@ class Recorder {
   std::map<std::string, std::uint16_t> channels_, schemas_;
   std::vector<Pending> pending_;  ///< by source
   std::uint32_t chunks_ = 0;      ///< in the file
-  std::string failure_;           ///< of this recording
+  std::string base_;              ///< of the files' names
+  std::uint32_t part_ = 0;        ///< number of the file
+  io::McapMetadata about_;        ///< in each file
+  std::uint64_t before_ = 0;      ///< bytes in the files before
+  LogTime part_begun_, rotate_at_;
+  std::string failure_;  ///< of this recording
   LogTime flushed_, synced_;
 
   mutable std::mutex state_mutex_;  ///< never held while the disk works
@@ -122,7 +130,8 @@ class Recorder {
   std::uint32_t failed_session_ = 0;  ///< until its end mark: its messages are dropped
   std::vector<Tally> tallies_;        ///< by source
   std::uint64_t written_ = 0;
-  std::string file_, error_;
+  std::string file_, error_, warning_;
+  std::uint32_t files_ = 0;
   LogTime begun_, ended_;
 
   std::thread thread_;

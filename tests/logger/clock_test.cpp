@@ -35,10 +35,10 @@ struct SetClock {
   void set(Duration ahead) { ahead_ns = ahead.count(); }
 };
 
-LogTime at(double s) { return LogTime::from_seconds(1.7e9) + from_seconds(s); }
+LogTime second(double s) { return LogTime::from_seconds(1.7e9) + from_seconds(s); }
 
 TEST(ClockReading, IsReadBack) {
-  const ClockReading reading{at(0.000000001), at(-3600.25)};
+  const ClockReading reading{second(0.000000001), second(-3600.25)};
   const std::string json = clock_reading_json(reading);
   EXPECT_THAT(json, HasSubstr("\"offset_s\":-3600.250000001"));
   EXPECT_EQ(*parse_clock_reading(json), reading);
@@ -172,7 +172,7 @@ TEST(SetBackClock, CopiesAreRefusedWithTheirReason) {
   const std::string foreign = recorded.one.folder / "foreign.mcap";
   auto writer = io::McapWriter::create(foreign);
   const auto channel = *writer->add_channel("/other", "json");
-  ASSERT_TRUE(writer->write(channel, at(1), at(1), R"({"timestamp": 17})"));
+  ASSERT_TRUE(writer->write(channel, second(1), second(1), R"({"timestamp": 17})"));
   ASSERT_TRUE(writer->close());
   EXPECT_FALSE(read_clock(foreign));
   const auto kept = move_stamps(foreign, recorded.one.folder / "moved.mcap", 1s);

@@ -143,6 +143,11 @@ Result<logger::LoggerOptions> read_logger_config(const std::string& path) {
        {"prefix", text(o.prefix)},
        {"flush_s", duration(0.001, o.flush_every)},
        {"sync_s", duration(0.0, o.sync_every)},
+       {"rotate_mb",
+        number(0.0, 1e9,
+               [&](double mb) { o.rotate_bytes = static_cast<std::uint64_t>(mb * 1e6); })},
+       {"rotate_min",
+        number(0.0, 1e6, [&](double min) { o.rotate_every = from_seconds(60.0 * min); })},
        {"queue_mb", number(0.01, 16384.0,
                            [&](double mb) { o.queue_bytes = static_cast<std::size_t>(mb * 1e6); })},
        {"control", control},
@@ -187,6 +192,7 @@ volatile std::sig_atomic_t end_requested = 0;
 class Warnings {
  public:
   void print(const logger::LoggerStatus& s) {
+    print("recording", s.warning);
     for (const logger::SensorStatus& sensor : s.sensors) print(sensor.name, sensor.warning);
   }
 
@@ -242,7 +248,10 @@ Result<void> run(const Arguments& a) {
   }
   const logger::LoggerStatus end = logger.status();
   if (!a.quiet) print(end);
-  if (!a.quiet && !end.file.empty()) std::printf("recording: %s\n", end.file.c_str());
+  if (!a.quiet && !end.file.empty())
+    std::printf(
+        "recording: %s%s\n", end.file.c_str(),
+        end.files > 1 ? (", the last of " + std::to_string(end.files) + " files").c_str() : "");
   if (!end.error.empty()) return Error{ErrorCode::io, end.error};
   return {};
 }

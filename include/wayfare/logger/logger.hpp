@@ -63,6 +63,12 @@ struct LoggerOptions {
   Duration status_every = std::chrono::seconds(1);  ///< interval of the status lines
   /// Time of bytes that become no measurement until the sensor's status has a warning.
   Duration warn_after = std::chrono::seconds(3);
+  /// A file of this size, or of this time, is followed by another, up to a chunk of a megabyte or
+  /// `flush_every` later; 0: never. Each can be read alone.
+  std::uint64_t rotate_bytes = 0;
+  Duration rotate_every = Duration(0);
+  /// The status warns where the disk is full within this time at the present rate.
+  Duration warn_disk = std::chrono::minutes(10);
   /// Waiting for the disk; beyond, data is dropped.
   std::size_t queue_bytes = std::size_t{64} << 20;
   std::string control_port = {};  ///< serial line with remote control; empty: none
@@ -120,14 +126,16 @@ struct SensorStatus {
 struct LoggerStatus {
   LoggerState state = LoggerState::idle;  ///< what it does now
   LogTime time;                           ///< of this status
-  std::string file;                       ///< path of the recording
+  std::string file;                       ///< path of the recording, of its last file
+  std::uint32_t files = 0;                ///< of this recording
   double seconds = 0.0;                   ///< of this recording
-  std::uint64_t written = 0;              ///< bytes of the file
+  std::uint64_t written = 0;              ///< bytes of its files
   std::uint64_t disk_free = 0;            ///< bytes left on the disk of the recordings
   std::size_t queued = 0,                 ///< bytes waiting for the disk
       queue_peak = 0;                     ///< the most so far
   std::uint64_t dropped = 0;              ///< records, of all sensors
   std::string error;                      ///< reason why recording failed
+  std::string warning;                    ///< the disk is nearly full; no next file can be created
   std::vector<SensorStatus> sensors;      ///< in the order of the options
 };
 
