@@ -188,11 +188,11 @@ std::string example_logger_config() {
 
 volatile std::sig_atomic_t end_requested = 0;
 
-/// Prints warnings on the standard error, each when it begins.
+/// Prints warnings, and why a recording failed, on the standard error, each when it begins.
 class Warnings {
  public:
   void print(const logger::LoggerStatus& s) {
-    print("recording", s.warning);
+    print("recording", s.error.empty() ? s.warning : s.error);
     for (const logger::SensorStatus& sensor : s.sensors) print(sensor.name, sensor.warning);
   }
 
