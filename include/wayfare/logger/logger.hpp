@@ -63,10 +63,10 @@ struct LoggerOptions {
   Duration status_every = std::chrono::seconds(1);  ///< interval of the status lines
   /// Time of bytes that become no measurement until the sensor's status has a warning.
   Duration warn_after = std::chrono::seconds(3);
-  /// A file of this size, or of this time, is followed by another, up to a chunk of a megabyte or
-  /// `flush_every` later; 0: never. Each can be read alone.
+  /// A file of this size is followed by another, up to a chunk of a megabyte or `flush_every`
+  /// later; 0: never. Each can be read alone.
   std::uint64_t rotate_bytes = 0;
-  Duration rotate_every = Duration(0);
+  Duration rotate_every = Duration(0);  ///< the same for a file of this duration
   /// The status warns where the disk is full within this time at the present rate.
   Duration warn_disk = std::chrono::minutes(10);
   /// Waiting for the disk; beyond, data is dropped.
