@@ -19,7 +19,10 @@ namespace ins_state {}
 /// The Earth's ellipsoid and gravity.
 namespace wgs84 {}
 /// Device bytes to messages.
-namespace decode {}
+namespace decode {
+/// Keys of an RPLIDAR's settings, with the values' types.
+namespace rplidar_key {}
+}  // namespace decode
 /// Errors, consistency and tables.
 namespace eval {}
 /// Files.

@@ -9,6 +9,8 @@
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_start.hpp>
+#include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 #include <wayfare/decode/ti_decoder.hpp>

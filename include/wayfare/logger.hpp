@@ -2,6 +2,7 @@
 
 // Several devices recorded at once, controlled and replayed.
 
+#include <wayfare/logger/clock_readings.hpp>
 #include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>

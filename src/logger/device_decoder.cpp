@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/logger/messages.hpp>
 

@@ -1,6 +1,9 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -16,130 +19,14 @@
 #include <wayfare/logger/serial_port.hpp>
 
 #include "logger/control_line.hpp"
+#include "logger/disk_watch.hpp"
 #include "logger/recorder.hpp"
+#include "logger/sensor.hpp"
 
 namespace wayfare::logger {
 namespace {
 
 using std::chrono::milliseconds;
-
-/// One device: a thread that reads its line, stamps and decodes the bytes and queues them.
-class Sensor {
- public:
-  /// The recorder counts its messages by `number`.
-  Sensor(std::size_t number, SensorOptions options, std::unique_ptr<DeviceDecoder> decoder,
-         Recorder& recorder, const LoggerClock& clock)
-      : number_(number),
-        options_(std::move(options)),
-        raw_(raw_stream(options_)),
-        decoder_(std::move(decoder)),
-        recorder_(recorder),
-        clock_(clock) {
-    status_.name = options_.device.name;
-    thread_ = std::thread([this] { run(); });
-  }
-  Sensor(const Sensor&) = delete;
-  Sensor& operator=(const Sensor&) = delete;
-  ~Sensor() {
-    quit_ = true;
-    thread_.join();
-  }
-
-  /// Without the recorder's counts.
-  [[nodiscard]] SensorStatus status() const {
-    const std::lock_guard lock(mutex_);
-    SensorStatus status = status_;
-    if (status.state == SensorState::receiving && clock_.now() - last_bytes_ > kSilence)
-      status.state = SensorState::silent;
-    return status;
-  }
-
-  /// Rates since the previous call, `interval` ago.
-  void measure_rates(Duration interval) {
-    const std::lock_guard lock(mutex_);
-    const double s = std::max(to_seconds(interval), 1e-3);
-    status_.bytes_per_s = static_cast<double>(status_.bytes - bytes_before_) / s;
-    status_.messages_per_s = static_cast<double>(status_.decoding.messages - messages_before_) / s;
-    bytes_before_ = status_.bytes;
-    messages_before_ = status_.decoding.messages;
-  }
-
- private:
-  static constexpr Duration kSilence = std::chrono::seconds(2);
-
-  static std::shared_ptr<const Stream> raw_stream(const SensorOptions& sensor) {
-    const DeviceDescription& d = sensor.device;
-    return std::make_shared<const Stream>(Stream{"/" + d.name + "/raw",
-                                                 "application/octet-stream",
-                                                 "",
-                                                 "",
-                                                 {{"kind", d.kind},
-                                                  {"port", sensor.port},
-                                                  {"baud", std::to_string(d.baud)},
-                                                  {"configuration", d.configuration}}});
-  }
-
-  void run() {
-    while (!quit_) {
-      if (auto port = open()) read(*port);
-      for (int i = 0; i < 10 && !quit_; ++i) std::this_thread::sleep_for(milliseconds(50));
-    }
-  }
-
-  [[nodiscard]] std::optional<SerialPort> open() {
-    auto port = SerialPort::open(options_.port, {options_.device.baud, options_.dtr});
-    const std::lock_guard lock(mutex_);
-    status_.state = port ? SensorState::silent : SensorState::waiting;
-    status_.note = port ? port->note() : port.error().to_string();
-    if (!port) return std::nullopt;
-    if (!options_.request.empty() && !port->write(options_.request)) return std::nullopt;
-    return std::move(*port);
-  }
-
-  void read(SerialPort& port) {
-    std::array<std::uint8_t, 16384> buffer;
-    while (!quit_) {
-      const auto n = port.read(buffer, milliseconds(100));
-      if (!n) {
-        const std::lock_guard lock(mutex_);
-        status_.state = SensorState::waiting;
-        status_.note = n.error().to_string();
-        return;
-      }
-      if (*n != 0) take({buffer.data(), *n}, clock_.now());
-    }
-  }
-
-  void take(decode::Bytes bytes, LogTime now) {
-    const std::uint32_t session = recorder_.session();
-    if (session != 0)
-      recorder_.add(session, {number_, true, raw_, now, now, {bytes.begin(), bytes.end()}});
-    decoder_->feed(bytes, now, [&](DecodedMessage message) {
-      recorder_.add(session,
-                    {number_, false, message.stream, now, message.time, std::move(message.json)});
-    });
-    const std::lock_guard lock(mutex_);
-    status_.state = SensorState::receiving;
-    status_.bytes += bytes.size();
-    status_.decoding = decoder_->status();
-    last_bytes_ = now;
-  }
-
-  const std::size_t number_;
-  const SensorOptions options_;
-  const std::shared_ptr<const Stream> raw_;
-  const std::unique_ptr<DeviceDecoder> decoder_;  ///< used by the thread only
-  Recorder& recorder_;
-  const LoggerClock& clock_;
-  std::atomic<bool> quit_{false};
-
-  mutable std::mutex mutex_;
-  SensorStatus status_;
-  LogTime last_bytes_;
-  std::uint64_t bytes_before_ = 0, messages_before_ = 0;
-
-  std::thread thread_;
-};
 
 /// Each line has one reader: no other program, sensor or remote control.
 Result<void> check_ports(const LoggerOptions& options) {
@@ -166,11 +53,13 @@ Result<void> check(const LoggerOptions& options) {
     if (s.device.name.empty() || !names.insert(s.device.name).second)
       return Error{ErrorCode::invalid, "a sensor's name is empty or taken", s.device.name};
     if (s.device.baud <= 0) return Error{ErrorCode::invalid, "needs a baud rate", s.device.name};
+    if (s.mode != SensorOptions{}.mode && s.device.kind != "rplidar")
+      return Error{ErrorCode::invalid, "has no scan modes: it is no rplidar", s.device.name};
   }
   if (auto sound = check_ports(options); !sound) return sound;
   const Duration least = milliseconds(1);
   if (options.flush_every < least || options.sync_every < Duration(0) ||
-      options.status_every < least)
+      options.status_every < least || options.warn_after < least)
     return Error{ErrorCode::invalid, "an interval is too short"};
   return {};
 }
@@ -184,7 +73,9 @@ constexpr std::string_view kStatusSchema =
 
 struct Logger::Impl {
   explicit Impl(LoggerOptions given, ControlLine control_line)
-      : options(std::move(given)), recorder(options, clock), control(std::move(control_line)) {}
+      : options(std::move(given)),
+        recorder(options, clock, [this] { return head(); }),
+        control(std::move(control_line)) {}
   ~Impl() {
     quit = true;
     if (thread.joinable()) thread.join();
@@ -200,14 +91,25 @@ struct Logger::Impl {
       status.sensors.back().dropped = tallies[i].dropped;
       status.dropped += tallies[i].dropped;
     }
+    const std::lock_guard lock(disk_mutex);
+    if (status.state == LoggerState::recording && !full_soon.empty())
+      status.warning += (status.warning.empty() ? "" : "; ") + full_soon;
     return status;
   }
 
   Result<void> begin() {
     io::McapMetadata about = {{"sensors", std::to_string(options.sensors.size())},
-                              {"clock", "monotonic, set to UTC when the logger started"}};
+                              {"clock", "monotonic, set to UTC when the logger started"},
+                              {"run", run}};
     for (const SensorOptions& s : options.sensors) about["sensor " + s.device.name] = s.device.kind;
     return recorder.begin(about);
+  }
+
+  /// The messages with which every file begins.
+  [[nodiscard]] std::vector<LoggedMessage> head() const { return {message_of(clock.read())}; }
+  [[nodiscard]] LoggedMessage message_of(const ClockReading& reading) const {
+    return {options.sensors.size(), false,         clock_stream,
+            reading.stamp,          reading.stamp, clock_reading_json(reading)};
   }
 
   void obey(Command command) {
@@ -221,7 +123,10 @@ struct Logger::Impl {
   void coordinate() {
     constexpr milliseconds kPoll(20);
     LogTime last = clock.now(), answered = last - kPoll;
+    ClockWatch watch(clock);
     while (!quit) {
+      if (const auto correction = watch.correction())
+        recorder.add(recorder.session(), message_of(*correction), true);
       control.poll(kPoll, [&](Command command) { obey(command); });
       const LogTime now = clock.now();
       const bool due = now - last >= options.status_every;
@@ -238,8 +143,22 @@ struct Logger::Impl {
     }
   }
 
+  /// Words for a disk that is full soon.
+  void watch_disk(const LoggerStatus& now) {
+    disk.add(now.time, now.written, now.disk_free);
+    const auto left_s = disk.seconds_left();
+    const bool soon = left_s && *left_s <= to_seconds(options.warn_disk);
+    std::array<char, 80> text{};
+    if (soon)
+      std::snprintf(text.data(), text.size(), "the disk is full in %.0f min at %.2f MB/s",
+                    *left_s / 60.0, *disk.rate() * 1e-6);
+    const std::lock_guard lock(disk_mutex);
+    full_soon = text.data();
+  }
+
   void tell(bool record) {
     LoggerStatus now = status();
+    if (record) watch_disk(now);
     control.send(status_line(to_json(now)));
     if (!record) return;
     // The recording has all measurements.
@@ -250,14 +169,26 @@ struct Logger::Impl {
   }
 
   const LoggerOptions options;
-  const LoggerClock clock;
+  const LoggerClock clock{options.wall_clock};
+  /// Which files have one clock.
+  const std::string run =
+      std::to_string(clock.now().nanoseconds()) + "-" + std::to_string(::getpid());
+  const std::shared_ptr<const Stream> stream = std::make_shared<const Stream>(
+      Stream{"/logger/status", "json", "wayfare.LoggerStatus", std::string(kStatusSchema), {}});
+  const std::shared_ptr<const Stream> clock_stream =
+      std::make_shared<const Stream>(Stream{std::string(kClockTopic),
+                                            "json",
+                                            std::string(clock_reading_schema().name),
+                                            std::string(clock_reading_schema().json),
+                                            {}});
   Recorder recorder;
   std::vector<std::unique_ptr<Sensor>> sensors;
   ControlLine control;
   std::atomic<bool> quit{false};
   bool report = false;  ///< of the coordinating thread
-  const std::shared_ptr<const Stream> stream = std::make_shared<const Stream>(
-      Stream{"/logger/status", "json", "wayfare.LoggerStatus", std::string(kStatusSchema), {}});
+  DiskWatch disk;       ///< of the coordinating thread
+  mutable std::mutex disk_mutex;
+  std::string full_soon;
   std::thread thread;
 };
 
@@ -280,8 +211,8 @@ Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
   if (!control) return control.error();
   auto impl = detail::make_owned<Impl>(std::move(options), std::move(*control));
   for (std::size_t i = 0; i < decoders.size(); ++i)
-    impl->sensors.push_back(std::make_unique<Sensor>(
-        i, impl->options.sensors[i], std::move(decoders[i]), impl->recorder, impl->clock));
+    impl->sensors.push_back(std::make_unique<Sensor>(i, impl->options, std::move(decoders[i]),
+                                                     impl->recorder, impl->clock));
   impl->thread = std::thread([raw = impl.get()] { raw->coordinate(); });
   return std::unique_ptr<Logger>(new Logger(std::move(impl)));
 }

@@ -2,29 +2,14 @@
 
 #include <sys/statvfs.h>
 
-#include <array>
-#include <ctime>
-#include <filesystem>
 #include <utility>
 
 namespace wayfare::logger {
-namespace {
-
-/// "recording-20260501T120000Z": sorts by time and is valid on any file system.
-std::string name_by_time(const std::string& prefix, LogTime time) {
-  const std::time_t seconds = time.nanoseconds() / 1'000'000'000;
-  std::tm utc{};
-  ::gmtime_r(&seconds, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y%m%dT%H%M%SZ", &utc);
-  return prefix + "-" + text.data();
-}
-
-}  // namespace
-
-Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock)
+Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock, Head head)
     : options_(options),
       clock_(clock),
+      head_(std::move(head)),
+      names_(options, clock),
       queue_(options.queue_bytes),
       pending_(options.sensors.size() + 1),
       tallies_(options.sensors.size() + 1) {
@@ -37,27 +22,6 @@ Recorder::~Recorder() {
   thread_.join();
 }
 
-Result<io::McapWriter> Recorder::create(std::string& path) const {
-  io::McapWriterOptions how;
-  how.library = "wayfare logger";
-  const std::string base =
-      (std::filesystem::path(options_.folder) / name_by_time(options_.prefix, clock_.now()))
-          .string();
-  // Two recordings started within one second.
-  for (int n = 0; n < 100; ++n) {
-    path = base + (n == 0 ? "" : "-" + std::to_string(n)) + ".mcap";
-    std::error_code ignored;
-    if (std::filesystem::exists(path, ignored)) continue;
-    if (options_.open_sink) {
-      auto sink = options_.open_sink(path);
-      if (!sink) return sink.error();
-      return io::McapWriter::create(std::move(*sink), how);
-    }
-    return io::McapWriter::create(path, how);
-  }
-  return Error{ErrorCode::io, "there are a hundred recordings of this second already", base};
-}
-
 Result<void> Recorder::begin(const io::McapMetadata& about) {
   {
     std::unique_lock lock(state_mutex_);
@@ -68,14 +32,15 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
       return Error{ErrorCode::invalid, "the recording before is still being written", file_};
     state_ = LoggerState::starting;
   }
-  std::string path;
-  auto writer = create(path);
-  const Result<void> done = writer ? writer->add_metadata("logger", about) : writer.error();
-  if (!done) writer = done.error();  // the file is closed before the state says that it failed
+  const std::string base = names_.free_base();
+  auto writer = names_.create(base, 1, about);
+  const Result<void> done = writer ? Result<void>() : writer.error();
   const std::lock_guard writing(writer_mutex_);
   const std::lock_guard lock(state_mutex_);
-  file_ = path;
+  file_ = names_.path_of(base, 1);
+  files_ = done ? 1 : 0;
   error_ = done ? "" : done.error().to_string();
+  warning_.clear();
   begun_ = ended_ = clock_.now();
   written_ = 0;
   tallies_.assign(tallies_.size(), {});
@@ -84,12 +49,14 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
     state_ = terminating_ ? LoggerState::terminated : LoggerState::failed;
     return done;
   }
-  writer_.emplace(std::move(*writer));
-  channels_.clear();
-  schemas_.clear();
   failure_.clear();
+  base_ = base;
+  part_ = 1;
+  about_ = about;
+  before_ = 0;
+  part_begun_ = rotate_at_ = begun_;
+  open(std::move(*writer));
   written_ = writer_->bytes_written();
-  chunks_ = writer_->statistics().chunks;
   flushed_ = synced_ = begun_;
   session_ = ++sessions_;
   if (state_ == LoggerState::starting) {
@@ -98,6 +65,15 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
     close_session();  // it was stopped meanwhile
   }
   return {};
+}
+
+void Recorder::open(io::McapWriter writer) {
+  writer_.emplace(std::move(writer));
+  channels_.clear();
+  schemas_.clear();
+  chunks_ = writer_->statistics().chunks;
+  // A disk that fails is met by the next flush.
+  for (const LoggedMessage& message : head_()) static_cast<void>(write(message));
 }
 
 void Recorder::close_session() {
@@ -132,7 +108,7 @@ std::uint32_t Recorder::session() const {
   return session_ != 0 ? session_ : failed_session_;
 }
 
-void Recorder::add(std::uint32_t session, LoggedMessage message) {
+void Recorder::add(std::uint32_t session, LoggedMessage message, bool always) {
   constexpr std::size_t kOverhead = sizeof(Item) + 32;
   const std::size_t source = message.source, cost = message.data.size() + kOverhead;
   // Under one lock with the check: no message of a session follows the mark of its end.
@@ -140,6 +116,7 @@ void Recorder::add(std::uint32_t session, LoggedMessage message) {
   if (session == 0) return;
   if (session == failed_session_) ++tallies_[source].dropped;
   if (session != session_) return;
+  if (always) return queue_.push_always({Kind::message, std::move(message)});
   if (!queue_.push({Kind::message, std::move(message)}, cost)) ++tallies_[source].dropped;
 }
 
@@ -152,8 +129,10 @@ void Recorder::run() {
         running = running && item.kind != Kind::quit;
         handle(item);
         flush_if_due();
+        rotate_if_due();
       }
       flush_if_due();
+      rotate_if_due();
     }
     queue_.done();
   }
@@ -184,7 +163,7 @@ void Recorder::settle() {
   if (writer_->statistics().chunks == chunks_) return;
   chunks_ = writer_->statistics().chunks;
   const std::lock_guard lock(state_mutex_);
-  written_ = writer_->bytes_written();
+  written_ = before_ + writer_->bytes_written();
   for (std::size_t i = 0; i < pending_.size(); ++i)
     tallies_[i].raw_bytes += std::exchange(pending_[i], {}).raw_bytes;
 }
@@ -224,12 +203,50 @@ void Recorder::flush_if_due() {
   if (!done) fail(done.error());
 }
 
+void Recorder::rotate_if_due() {
+  if (!writer_ || !names_.rotates()) return;
+  const LogTime now = clock_.now();
+  const bool large =
+      options_.rotate_bytes != 0 && writer_->bytes_written() >= options_.rotate_bytes;
+  const bool old =
+      options_.rotate_every > Duration(0) && now - part_begun_ >= options_.rotate_every;
+  if ((large || old) && now >= rotate_at_) rotate(now);
+}
+
+/// The next file exists before the last one is closed: where it cannot be created, that one goes
+/// on.
+void Recorder::rotate(LogTime now) {
+  constexpr Duration kAgain = std::chrono::seconds(10);
+  const auto flushed = writer_->flush();
+  settle();
+  if (!flushed) return fail(flushed.error());
+  const std::string path = names_.path_of(base_, part_ + 1);
+  auto next = names_.create(base_, part_ + 1, about_);
+  if (!next) {
+    rotate_at_ = now + kAgain;
+    const std::lock_guard lock(state_mutex_);
+    warning_ = "no next file: " + next.error().to_string();
+    return;
+  }
+  // All data is in the file: without its index it is read from the front.
+  static_cast<void>(close_file());
+  before_ = written_;
+  ++part_;
+  part_begun_ = now;
+  open(std::move(*next));
+  const std::lock_guard lock(state_mutex_);
+  written_ = before_ + writer_->bytes_written();
+  file_ = path;
+  files_ = part_;
+  warning_.clear();
+}
+
 Result<void> Recorder::close_file() {
   auto done = writer_->close();
   settle();
   {
     const std::lock_guard lock(state_mutex_);
-    written_ = writer_->bytes_written();
+    written_ = before_ + writer_->bytes_written();
     for (std::size_t i = 0; i < pending_.size(); ++i)
       tallies_[i].dropped += std::exchange(pending_[i], {}).messages;
   }
@@ -266,7 +283,9 @@ std::vector<Tally> Recorder::fill(LoggerStatus& status) const {
   status.state = state_;
   status.time = clock_.now();
   status.file = file_;
+  status.files = files_;
   status.error = error_;
+  status.warning = warning_;
   const bool running = state_ == LoggerState::recording || state_ == LoggerState::stopping;
   status.seconds = to_seconds((running ? status.time : ended_) - begun_);
   status.written = written_;

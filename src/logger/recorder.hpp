@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,20 +20,10 @@
 #include <wayfare/logger/detail/bounded_queue.hpp>
 #include <wayfare/logger/logger.hpp>
 
+#include "logger/clock_watch.hpp"
+#include "logger/recording_files.hpp"
+
 namespace wayfare::logger {
-
-/// The clock of all stamps.
-class LoggerClock {
- public:
-  [[nodiscard]] LogTime now() const {
-    return LogTime() + (std::chrono::steady_clock::now().time_since_epoch() + offset_);
-  }
-
- private:
-  /// UTC minus the monotonic clock.
-  Duration offset_ = std::chrono::system_clock::now().time_since_epoch() -
-                     std::chrono::steady_clock::now().time_since_epoch();
-};
 
 /// A timeout that can be added to the present time of any clock.
 [[nodiscard]] inline Duration waitable(Duration timeout) {
@@ -58,7 +49,9 @@ struct Tally {
 /// mark of its end. The state leaves `recording` and `stopping` when the mark is met.
 class Recorder {
  public:
-  Recorder(const LoggerOptions& options, const LoggerClock& clock);
+  /// Every file begins with the messages that `head` gives.
+  using Head = std::function<std::vector<LoggedMessage>()>;
+  Recorder(const LoggerOptions& options, const LoggerClock& clock, Head head);
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
   /// Writes all that is queued.
@@ -73,8 +66,8 @@ class Recorder {
   /// Which recording is being made, or has failed while its state still says `recording`; 0: none.
   [[nodiscard]] std::uint32_t session() const;
   /// Takes a message of recording `session`: it is written or counted as dropped. One of a session
-  /// that has ended belongs to none.
-  void add(std::uint32_t session, LoggedMessage message);
+  /// that has ended belongs to none. `always`: also where the queue is full.
+  void add(std::uint32_t session, LoggedMessage message, bool always = false);
 
   /// Fills state, file, error, times and amounts; gives the tally of each source.
   [[nodiscard]] std::vector<Tally> fill(LoggerStatus& status) const;
@@ -97,7 +90,10 @@ class Recorder {
 
   // These need `writer_mutex_`.
   void handle(const Item& item);
+  void rotate_if_due();
+  void rotate(LogTime now);
   void flush_if_due();
+  void open(io::McapWriter writer);
   Result<void> write(const LoggedMessage& message);
   void settle();
   void drop(std::size_t source);
@@ -106,10 +102,11 @@ class Recorder {
   void end();
 
   void run();
-  Result<io::McapWriter> create(std::string& path) const;
 
   const LoggerOptions& options_;
   const LoggerClock& clock_;
+  const Head head_;
+  const RecordingFiles names_;
   BoundedQueue<Item> queue_;
 
   std::mutex writer_mutex_;  ///< held while the disk works; taken before the other
@@ -117,7 +114,12 @@ class Recorder {
   std::map<std::string, std::uint16_t> channels_, schemas_;
   std::vector<Pending> pending_;  ///< by source
   std::uint32_t chunks_ = 0;      ///< in the file
-  std::string failure_;           ///< of this recording
+  std::string base_;              ///< of the files' names
+  std::uint32_t part_ = 0;        ///< number of the file
+  io::McapMetadata about_;        ///< in each file
+  std::uint64_t before_ = 0;      ///< bytes in the files before
+  LogTime part_begun_, rotate_at_;
+  std::string failure_;  ///< of this recording
   LogTime flushed_, synced_;
 
   mutable std::mutex state_mutex_;  ///< never held while the disk works
@@ -128,7 +130,8 @@ class Recorder {
   std::uint32_t failed_session_ = 0;  ///< until its end mark: its messages are dropped
   std::vector<Tally> tallies_;        ///< by source
   std::uint64_t written_ = 0;
-  std::string file_, error_;
+  std::string file_, error_, warning_;
+  std::uint32_t files_ = 0;
   LogTime begun_, ended_;
 
   std::thread thread_;

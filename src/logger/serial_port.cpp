@@ -46,13 +46,6 @@ bool make_raw(int fd, int baud, std::string& note) {
   return true;
 }
 
-void set_dtr(int fd, ModemLine line, std::string& note) {
-  if (line == ModemLine::keep) return;
-  const int bit = TIOCM_DTR;
-  if (::ioctl(fd, line == ModemLine::on ? TIOCMBIS : TIOCMBIC, &bit) != 0)
-    note += std::string(note.empty() ? "" : "; ") + "there is no modem line DTR";
-}
-
 /// False if another SerialPort has the line. Locks are released when a program ends, however it
 /// ends.
 bool lock(int fd) {
@@ -106,7 +99,8 @@ Result<SerialPort> SerialPort::open(const std::string& path, const SerialOptions
   SerialPort port(std::move(fd), path);
   if (!make_raw(port.descriptor(), options.baud, port.note_))
     return Error{ErrorCode::io, "is not a serial line", path};
-  set_dtr(port.descriptor(), options.dtr, port.note_);
+  if (!port.set_dtr(options.dtr))
+    port.note_ += std::string(port.note_.empty() ? "" : "; ") + "there is no modem line DTR";
   return port;
 }
 
@@ -120,6 +114,12 @@ Result<std::size_t> SerialPort::write(std::span<const std::uint8_t> bytes) {
   if (n >= 0) return static_cast<std::size_t>(n);
   if (errno == EAGAIN || errno == EINTR) return std::size_t{0};
   return system_error("cannot be written", path_);
+}
+
+bool SerialPort::set_dtr(ModemLine line) {
+  const int bit = TIOCM_DTR;
+  return line == ModemLine::keep ||
+         ::ioctl(fd_.get(), line == ModemLine::on ? TIOCMBIS : TIOCMBIC, &bit) == 0;
 }
 
 std::size_t SerialPort::unsent() const {

@@ -70,13 +70,15 @@ std::string to_json(const LoggerStatus& status) {
   std::string out = "{\"state\":" + text(name_of(status.state));
   out +=
       ",\"timestamp\":{\"sec\":" + std::to_string(sec) + ",\"nsec\":" + std::to_string(nsec) + '}';
-  out += ",\"file\":" + text(status.file) + ",\"seconds\":" + number(status.seconds);
+  out += ",\"file\":" + text(status.file) + ",\"files\":" + std::to_string(status.files);
+  out += ",\"seconds\":" + number(status.seconds);
   out += ",\"written\":" + std::to_string(status.written);
   out += ",\"disk_free\":" + std::to_string(status.disk_free);
   out += ",\"queued\":" + std::to_string(status.queued);
   out += ",\"queue_peak\":" + std::to_string(status.queue_peak);
   out += ",\"dropped\":" + std::to_string(status.dropped);
-  out += ",\"error\":" + text(status.error) + ",\"sensors\":[";
+  out += ",\"error\":" + text(status.error) + ",\"warning\":" + text(status.warning);
+  out += ",\"sensors\":[";
   for (const SensorStatus& s : status.sensors) {
     if (&s != &status.sensors.front()) out += ',';
     out += "{\"name\":" + text(s.name) + ",\"state\":" + text(name_of(s.state));
@@ -89,6 +91,7 @@ std::string to_json(const LoggerStatus& status) {
     out += ",\"skipped_bytes\":" + std::to_string(s.decoding.skipped_bytes);
     out += ",\"damaged\":" + std::to_string(s.decoding.damaged);
     out += ",\"sample\":" + text(s.decoding.sample) + ",\"note\":" + text(s.note);
+    out += ",\"warning\":" + text(s.warning);
     if (!s.decoding.latest.empty() && out.size() + s.decoding.latest.size() < kRoom)
       out += ",\"latest\":" + s.decoding.latest;
     out += '}';

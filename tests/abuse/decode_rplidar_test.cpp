@@ -11,6 +11,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_stream.hpp>
 
 #include "abuse/abuse.hpp"
 #include "abuse/decode_streams.hpp"

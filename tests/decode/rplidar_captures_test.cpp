@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <sstream>
 
 #include <wayfare/decode/rplidar_decoder.hpp>
@@ -66,6 +67,32 @@ TEST(RplidarCaptures, StopsAndRestartsAreDecoded) {
   EXPECT_EQ(scans, 60U);
   EXPECT_EQ(healthy, 60U);
   EXPECT_GE(nodes, 121399U);
+}
+
+// In three files the first node after the descriptor is composed of the rest of an old one and has
+// the mark of a start at 186, 194 and 230 degrees: what follows is no whole revolution.
+TEST(RplidarCaptures, AWholeRevolutionIsOneTurn) {
+  WAYFARE_NEEDS_RECORDING(folder, kLegacy);
+  std::size_t whole = 0, marks = 0, elsewhere = 0;
+  const auto revolutions = std::make_unique<RplidarRevolutions<>>();
+  const auto sink = [&](const RplidarRevolution& revolution) {
+    if (!revolution.whole) return;
+    ++whole;
+    const double first = revolution.points.front().point.angle_deg() - 360.0;
+    EXPECT_NEAR(first, -5.0, 5.0);
+    EXPECT_NEAR(revolution.points.back().point.angle_deg(), first + 360.0, 10.0);
+  };
+  for (const std::string& path : captures_in(folder)) {
+    for (const RplidarPoint& p : points_of(testing::file_bytes(path))) {
+      marks += p.start_of_revolution ? 1 : 0;
+      elsewhere += p.start_of_revolution && !rplidar_begins_revolution(p) ? 1 : 0;
+      revolutions->add({&p, 1}, LogTime{}, Duration(0), sink);
+    }
+    revolutions->finish(sink);
+  }
+  EXPECT_EQ(marks, 427U);
+  EXPECT_EQ(elsewhere, 3U);
+  EXPECT_GT(whole, 300U);
 }
 
 std::vector<std::array<unsigned, 4>> expected_rows(const std::string& path) {

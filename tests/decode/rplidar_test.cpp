@@ -276,6 +276,33 @@ TEST(Rplidar, ARevolutionBeyondTheCapacityIsNotWhole) {
   EXPECT_EQ(assembler.dropped_points(), 30U);
 }
 
+/// Turns of 36 points, 10 degrees apart; those at `without` and `with` lack the mark of a start or
+/// have one. The whole revolutions' numbers of points.
+std::vector<std::size_t> whole_turns(int points, int without, int with) {
+  std::vector<std::size_t> whole;
+  RplidarRevolutions<200> assembler;
+  const auto sink = [&](const RplidarRevolution& r) {
+    if (r.whole) whole.push_back(r.points.size());
+  };
+  for (int i = 0; i < points; ++i) {
+    const bool start = (i % 36 == 0 && i != without) || i == with;
+    const RplidarPoint p{static_cast<std::uint16_t>(640 * (i % 36)), 4000, 10, start};
+    assembler.add({&p, 1}, LogTime{}, Duration(1), sink);
+  }
+  return whole;
+}
+
+TEST(Rplidar, AStartInMidTurnIsNone) {
+  const std::vector<std::size_t> three(3, 36);
+  EXPECT_EQ(whole_turns(36 * 4, -1, -1), three);
+  EXPECT_EQ(whole_turns(36 * 4, -1, 36 + 18), three);
+  EXPECT_EQ(whole_turns(36 * 4, 0, 18), std::vector<std::size_t>(2, 36)) << "from 180 degrees on";
+}
+
+TEST(Rplidar, TwoTurnsAreNoRevolution) {
+  EXPECT_EQ(whole_turns(36 * 5, 72, -1), (std::vector<std::size_t>{36, 36}));
+}
+
 TEST(Rplidar, Delays) {
   using std::chrono::microseconds;
   // 250 + 5 · 10/115200 s; 125 + 84 · 10/115200 s + 32 · 250.

@@ -6,7 +6,7 @@
 #include <wayfare/decode/rplidar_scan.hpp>
 #include "decoders.hpp"
 
-// The first byte selects the response in which the stream begins.
+// The first byte selects the response in which the stream begins, or any, to be found.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace wayfare;
   using decode::RplidarResponse;
@@ -14,7 +14,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   constexpr RplidarResponse kInside[] = {RplidarResponse::none, RplidarResponse::node,
                                          RplidarResponse::express, RplidarResponse::ultra,
                                          RplidarResponse::dense};
-  const decode::RplidarDecoder fresh{decode::RplidarFraming(kInside[data[0] % 5])};
+  const decode::RplidarDecoder fresh{data[0] >= 128 ? decode::RplidarFraming::running()
+                                                    : decode::RplidarFraming(kInside[data[0] % 5])};
   decode::RplidarUnpacker unpacker;
   const auto revolutions = std::make_unique<decode::RplidarRevolutions<500>>();
   const auto revolution = [](const decode::RplidarRevolution& t) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "listening.hpp"
 #include "one_device.hpp"
 
 namespace wayfare::logger {
@@ -58,6 +59,18 @@ TEST(TwoLoggers, RemoveTheirOwnSocketOnly) {
   ASSERT_TRUE(second);
   first.reset();
   EXPECT_TRUE(std::filesystem::exists(path));
+}
+
+TEST(LoggerPorts, NoneIsOfTheNetwork) {
+  const auto before = ::wayfare::testing::listened_addresses();
+  OneDevice device;
+  device.options.control_socket = device.folder / "control";
+  const auto logger = Logger::start(device.options);
+  ASSERT_TRUE(logger);
+  ASSERT_TRUE((*logger)->begin());
+  device.send("1234");
+  ASSERT_TRUE(has_read(**logger, 4));
+  EXPECT_EQ(::wayfare::testing::listened_addresses(), before);
 }
 
 TEST(LoggerPorts, OfTwoSensorsAreTwo) {

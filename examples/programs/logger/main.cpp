@@ -11,6 +11,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -18,6 +19,7 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/logger.hpp>
 
+#include "set_right.hpp"
 #include "support/command_line.hpp"
 
 namespace {
@@ -103,6 +105,7 @@ Result<logger::SensorOptions> read_sensor(const Json& json, const std::string& p
                            {"baud", rate(s.device.baud)},
                            {"configuration", text(file)},
                            {"dtr", [&](const Json& v) { return set_dtr(v, s.dtr); }},
+                           {"mode", text(s.mode)},
                            {"request", [&](const Json& v) { return set_bytes(v, s.request); }}},
                           " of a sensor", path);
   if (!done) return done.error();
@@ -140,6 +143,11 @@ Result<logger::LoggerOptions> read_logger_config(const std::string& path) {
        {"prefix", text(o.prefix)},
        {"flush_s", duration(0.001, o.flush_every)},
        {"sync_s", duration(0.0, o.sync_every)},
+       {"rotate_mb",
+        number(0.0, 1e9,
+               [&](double mb) { o.rotate_bytes = static_cast<std::uint64_t>(mb * 1e6); })},
+       {"rotate_min",
+        number(0.0, 1e6, [&](double min) { o.rotate_every = from_seconds(60.0 * min); })},
        {"queue_mb", number(0.01, 16384.0,
                            [&](double mb) { o.queue_bytes = static_cast<std::size_t>(mb * 1e6); })},
        {"control", control},
@@ -171,7 +179,7 @@ std::string example_logger_config() {
   "sensors": [
     {"name": "radar", "kind": "ti_mmwave", "port": "/dev/ttyACM1", "baud": 921600},
     {"name": "lidar", "kind": "rplidar", "port": "/dev/ttyUSB0", "baud": 115200,
-     "dtr": "off", "request": "A5 20"},
+     "mode": "typical"},
     {"name": "imu", "kind": "xsens", "port": "/dev/ttyUSB1", "baud": 115200}
   ]
 }
@@ -180,10 +188,30 @@ std::string example_logger_config() {
 
 volatile std::sig_atomic_t end_requested = 0;
 
+/// Prints warnings, and why a recording failed, on the standard error, each when it begins.
+class Warnings {
+ public:
+  void print(const logger::LoggerStatus& s) {
+    print("recording", s.error.empty() ? s.warning : s.error);
+    for (const logger::SensorStatus& sensor : s.sensors) print(sensor.name, sensor.warning);
+  }
+
+ private:
+  void print(const std::string& name, const std::string& warning) {
+    std::string kind = warning;  // without its numbers
+    std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
+    if (std::exchange(told_[name], kind) == kind || warning.empty()) return;
+    std::fprintf(stderr, "logger: warning: %s: %s\n", name.c_str(), warning.c_str());
+  }
+
+  std::map<std::string, std::string> told_;
+};
+
 struct Arguments {
   std::string config;
   bool record = false;
   bool quiet = false;
+  examples::SetRight set_right;
 };
 
 void print(const logger::LoggerStatus& s) {
@@ -198,6 +226,8 @@ void print(const logger::LoggerStatus& s) {
 }
 
 Result<void> run(const Arguments& a) {
+  if (!a.set_right.files.empty()) return examples::set_right(a.set_right);
+  if (a.config.empty()) return examples::bad_use("--config is required");
   auto options = read_logger_config(a.config);
   if (!options) return options.error();
   std::error_code code;
@@ -207,14 +237,21 @@ Result<void> run(const Arguments& a) {
   logger::Logger& logger = **started;
   if (a.record)
     if (auto begun = logger.begin(); !begun) return begun;
+  Warnings warnings;
   for (int tick = 1; logger.status().state != logger::LoggerState::terminated; ++tick) {
     std::this_thread::sleep_for(50ms);
     if (end_requested != 0) logger.terminate();
-    if (!a.quiet && tick % 20 == 0) print(logger.status());
+    if (tick % 20 != 0) continue;
+    const logger::LoggerStatus status = logger.status();
+    if (!a.quiet) print(status);
+    warnings.print(status);
   }
   const logger::LoggerStatus end = logger.status();
   if (!a.quiet) print(end);
-  if (!a.quiet && !end.file.empty()) std::printf("recording: %s\n", end.file.c_str());
+  if (!a.quiet && !end.file.empty())
+    std::printf(
+        "recording: %s%s\n", end.file.c_str(),
+        end.files > 1 ? (", the last of " + std::to_string(end.files) + " files").c_str() : "");
   if (!end.error.empty()) return Error{ErrorCode::io, end.error};
   return {};
 }
@@ -226,14 +263,27 @@ int main(int argc, char** argv) {
       "Record several devices into one MCAP file: their bytes and the decoded messages. Begins on "
       "the remote command B, or immediately with --record.");
   Arguments a;
-  app.add_file("--config", a.config, "JSON file of sensors and options; see --print-config")
-      .required();
+  app.add_file("--config", a.config, "JSON file of sensors and options; see --print-config");
   app.add_flag("--record", a.record, "begin to record immediately");
   app.add_flag("--quiet", a.quiet, "print no progress: no status on the terminal");
   app.add_print(
       "--print-config", [] { return example_logger_config(); },
       "print an example of --config, and exit");
+  app.add_file("--set-right", a.set_right.files,
+               "recordings of one run of the logger: shows how the computer's clock was set, and "
+               "with --out writes copies with stamps by that clock, instead of recording")
+      .take_all()
+      .excludes("--config");
+  app.add_option("--out", a.set_right.out, "folder of the copies")
+      .shown_as("DIR")
+      .needs("--set-right");
+  app.add_option("--reading", a.set_right.reading,
+                 "number of the reading of the clock that is right; by default the last one")
+      .range(1, 1'000'000)
+      .needs("--out");
   app.example("--config sensors.json --record", "records at once; Ctrl-C ends");
+  app.example("--set-right walk-20260501T120000Z.mcap --out right",
+              "a copy whose stamps are by the clock as it was set last");
   if (const auto code = app.parse(argc, argv)) return *code;
   const auto end = [](int) { end_requested = 1; };
   std::signal(SIGINT, end);

@@ -4,6 +4,7 @@
 #include <map>
 #include <vector>
 
+#include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/ros/convert.hpp>
 

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <span>
+#include <utility>
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
@@ -81,9 +83,45 @@ inline constexpr std::size_t kRplidarChain = 12;
   return n;
 }
 
-/// Framing of an RPLIDAR's stream. Outside a known response only a descriptor is searched for. A
-/// request ends the previous response, so call `expect_reply()` after sending one; a descriptor is
-/// recognised without it, but a short response after a truncated capsule is delayed.
+/// Whether these bytes are twelve nodes of a laser that turns: a repeated byte may be a node, too.
+[[nodiscard]] inline bool is_rplidar_run(Bytes b) {
+  constexpr int kLeast_q6 = 32;  // half a degree in twelve nodes
+  if (rplidar_chain(b, 0) != kRplidarChain) return false;
+  const int angle = rplidar_node_angle(&b[5 * (kRplidarChain - 1)]) - rplidar_node_angle(b.data());
+  return (angle + 360 * 64) % (360 * 64) >= kLeast_q6;
+}
+
+/// Whether these bytes are a whole capsule of `size` bytes and the head of the one that follows.
+[[nodiscard]] inline bool is_rplidar_capsule_run(Bytes b, std::size_t size) {
+  const auto angle = [](const std::uint8_t* capsule) {
+    return static_cast<int>(load_le<std::uint16_t>(capsule + 2) & 0x7FFFU);
+  };
+  const std::uint8_t* next = b.data() + size;
+  const int step = (angle(next) - angle(b.data()) + 360 * 64) % (360 * 64);
+  return is_rplidar_capsule(b.first(size)) && next[0] >> 4 == 0xA && next[1] >> 4 == 0x5 &&
+         angle(b.data()) < 360 * 64 && angle(next) < 360 * 64 && step > 0 && step < 90 * 64;
+}
+
+/// Whether the 84 bytes of a capsule are a dense one's: read so, more of its consecutive distances
+/// are within a twentieth of each other than where it is read as an express one.
+[[nodiscard]] inline bool is_rplidar_dense(Bytes b) {
+  const auto near = [last = 0](int distance) mutable {
+    const int before = std::exchange(last, distance);
+    return before != 0 && distance != 0 && std::abs(distance - before) * 20 <= before ? 1 : 0;
+  };
+  auto near_dense = near, near_express = near;
+  int dense = 0, express = 0;
+  for (std::size_t i = 4; i < 84; i += 2) dense += near_dense(load_le<std::uint16_t>(&b[i]));
+  for (std::size_t i = 4; i < 84; i += 5)
+    for (const std::size_t at : {i, i + 2})
+      express += near_express(load_le<std::uint16_t>(&b[at]) >> 2);
+  return dense * 31 > express * 39;  // of 39 and of 31 steps
+}
+
+/// Framing of an RPLIDAR's stream. Outside a known response only a descriptor is searched for, and
+/// with `running()` a scan that has begun before. A request ends the previous response, so call
+/// `expect_reply()` after sending one; a descriptor is recognised without it, but a short response
+/// after a truncated capsule is delayed.
 ///
 /// Nodes have three check bits and no checksum. A node after another one is accepted where its bits
 /// are right, its angle is within 10° of the previous one, and the same is true of the next node or
@@ -98,6 +136,13 @@ class RplidarFraming {
   /// For streams that begin inside a response of nodes or capsules; others are searched for a
   /// descriptor.
   explicit RplidarFraming(RplidarResponse inside) : inside_(inside) { end_stream(); }
+  /// For streams that may begin inside a scan, or whose descriptor may be damaged: twelve nodes of
+  /// a laser that turns, or a capsule and the head of the next, are a scan without a descriptor.
+  [[nodiscard]] static RplidarFraming running() {
+    RplidarFraming framing;
+    framing.running_ = true;
+    return framing;
+  }
 
   /// Ends the current response: the next packet is a descriptor.
   void expect_reply() { expect(RplidarResponse::none); }
@@ -110,7 +155,7 @@ class RplidarFraming {
     is_descriptor_ = false;
     switch (response_) {
       case RplidarResponse::none:
-        return look_for_descriptor(front);
+        return running_ ? look_for_scan(front, statistics) : look_for_descriptor(front);
       case RplidarResponse::node:
         return look_for_node(front, statistics);
       case RplidarResponse::express:
@@ -170,6 +215,30 @@ class RplidarFraming {
     if (at != 0) return Look::skip(at);
     if (const auto d = rplidar_descriptor(b)) return take_descriptor(*d);
     return Look::need(RplidarDescriptor::kBytes);
+  }
+
+  /// Decides by fixed numbers of bytes: the result does not depend on the chunks.
+  Look look_for_scan(const Front& front, DecoderStatistics& statistics) {
+    const Bytes b = front.bytes;
+    if (b.size() < RplidarDescriptor::kBytes) return Look::need(RplidarDescriptor::kBytes);
+    if (const auto d = rplidar_descriptor(b)) return take_descriptor(*d);
+    const std::size_t nodes = rplidar_chain(b, 0);
+    if (nodes != kChain && b.size() < kNode * (nodes + 1)) return Look::need(kNode * kChain);
+    if (is_rplidar_run(b)) {
+      expect(RplidarResponse::node);
+      return look_for_node(front, statistics);
+    }
+    if (b[0] >> 4 != 0xA || b[1] >> 4 != 0x5) return Look::skip(1);
+    constexpr std::size_t kHead = 4;
+    for (const std::size_t size : {std::size_t{84}, std::size_t{132}}) {
+      if (b.size() < size + kHead) return Look::need(size + kHead);
+      if (!is_rplidar_capsule_run(b, size)) continue;
+      expect(size == 132           ? RplidarResponse::ultra
+             : is_rplidar_dense(b) ? RplidarResponse::dense
+                                   : RplidarResponse::express);
+      return look_for_capsule(front, size, statistics);
+    }
+    return Look::skip(1);
   }
 
   Look take_reply(const Front& front) {
@@ -255,6 +324,7 @@ class RplidarFraming {
   RplidarResponse delivered_ = RplidarResponse::none;  ///< type of the frame just found
   std::uint32_t length_ = 0;
   bool is_descriptor_ = false;
+  bool running_ = false;  ///< also scans without a descriptor are searched for
   bool locked_ = true;
   int last_angle_ = -1;  ///< of the previous node, 1/64°
   std::uint64_t examined_ = 0;

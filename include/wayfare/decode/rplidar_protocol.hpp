@@ -11,6 +11,7 @@
 #include <optional>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/time.hpp>
 
 namespace wayfare::decode {
 
@@ -71,6 +72,10 @@ constexpr RplidarRequest rplidar_get_conf(std::uint32_t key) {
 constexpr RplidarRequest rplidar_get_conf(std::uint32_t key, std::uint16_t mode) {
   return detail::rplidar_request(
       0x84, {key, key >> 8, key >> 16, key >> 24, mode, static_cast<unsigned>(mode >> 8)});
+}
+/// Queries the features of the adapter board: bit 0, it controls the motor.
+constexpr RplidarRequest rplidar_get_board_flags() {
+  return detail::rplidar_request(0xFF, {0, 0, 0, 0});
 }
 /// A2, A3: speed of the motor as duty cycle, 0 (off) to 1023. The A1's motor is on while DTR is
 /// off.
@@ -171,6 +176,16 @@ struct RplidarConf {
   Bytes value;            ///< as sent; must outlive this
 };
 
+/// Keys of rplidar_get_conf, with the values' types.
+namespace rplidar_key {
+inline constexpr std::uint32_t kRotation = 0x01;     ///< u16 revolutions per minute, u16 duty
+inline constexpr std::uint32_t kModes = 0x70;        ///< u16, their number
+inline constexpr std::uint32_t kModeSample = 0x71;   ///< of a mode: u32, µs of a sample times 256
+inline constexpr std::uint32_t kModeAnswer = 0x75;   ///< of a mode: u8, a RplidarResponse
+inline constexpr std::uint32_t kTypicalMode = 0x7C;  ///< u16
+inline constexpr std::uint32_t kModeName = 0x7F;     ///< of a mode: text
+}  // namespace rplidar_key
+
 /// The content of a response of 20 bytes.
 [[nodiscard]] inline std::optional<RplidarInfo> rplidar_info(Bytes b) {
   if (b.size() != 20) return std::nullopt;
@@ -195,6 +210,14 @@ struct RplidarConf {
 [[nodiscard]] inline std::optional<RplidarConf> rplidar_conf(Bytes b) {
   if (b.size() < 4) return std::nullopt;
   return RplidarConf{load_le<std::uint32_t>(b.data()), b.subspan(4)};
+}
+
+/// The time of one sample of a mode, where `conf` is that: more than none, less than a second.
+[[nodiscard]] inline std::optional<Duration> rplidar_mode_sample(const RplidarConf& conf) {
+  if (conf.key != rplidar_key::kModeSample || conf.value.size() < 4) return std::nullopt;
+  const auto us_q8 = load_le<std::uint32_t>(conf.value.data());
+  if (us_q8 == 0 || us_q8 >= 256'000'000U) return std::nullopt;
+  return Duration(std::int64_t{us_q8} * 1000 / 256);
 }
 
 }  // namespace wayfare::decode

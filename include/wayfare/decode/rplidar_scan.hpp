@@ -196,8 +196,8 @@ struct TimedRplidarPoint {
   LogTime time;        ///< of the measurement
 };
 
-/// One revolution, valid only during the call of the sink. The first after a start, and one with
-/// more points than fit, is not whole.
+/// One revolution, valid only during the call of the sink. The first after a start, one with more
+/// points than fit, and one of more than a turn and a half, where a start was lost, is not whole.
 struct RplidarRevolution {
   std::span<const TimedRplidarPoint> points;  ///< in order of time
   bool whole = false;                         ///< from its first point to its last
@@ -214,6 +214,14 @@ struct RplidarRevolution {
   return sample / 2 + from_seconds(bits / baud) + (node ? Duration(0) : sample * points);
 }
 
+/// Whether a point begins a revolution: it has the mark of a start, and is within 45° of ahead.
+/// Elsewhere the mark is one of damage, such as a request's echo inside a node.
+[[nodiscard]] inline bool rplidar_begins_revolution(const RplidarPoint& point) {
+  constexpr int kTurn_q6 = 360 * 64, kAhead_q6 = 45 * 64;
+  return point.start_of_revolution &&
+         (point.angle_q6 <= kAhead_q6 || point.angle_q6 >= kTurn_q6 - kAhead_q6);
+}
+
 /// Gathers points into revolutions of at most `kMaxPoints`.
 template <std::size_t kMaxPoints = 8192>
 class RplidarRevolutions {
@@ -223,12 +231,13 @@ class RplidarRevolutions {
   template <class Sink>
   void add(std::span<const RplidarPoint> points, LogTime last, Duration sample, Sink&& sink) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (points[i].start_of_revolution) end_revolution(sink);
+      if (rplidar_begins_revolution(points[i])) end_revolution(sink);
       const auto to_last = static_cast<std::int64_t>(points.size() - 1 - i);
       if (size_ == kMaxPoints) {
         ++dropped_;
         whole_ = false;
       } else {
+        if (size_ != 0) travel_q6_ += advance_q6(points_[size_ - 1].point, points[i]);
         points_[size_++] = {points[i], last - sample * to_last};
       }
     }
@@ -245,15 +254,26 @@ class RplidarRevolutions {
   [[nodiscard]] std::uint64_t dropped_points() const { return dropped_; }  ///< beyond kMaxPoints
 
  private:
+  static constexpr int kTurn_q6 = 360 * 64;
+
+  /// From one point to the next, by the shorter way.
+  static int advance_q6(const RplidarPoint& from, const RplidarPoint& to) {
+    const int step_q6 = int{to.angle_q6} - int{from.angle_q6};
+    return step_q6 - (step_q6 > kTurn_q6 / 2) * kTurn_q6 + (step_q6 < -kTurn_q6 / 2) * kTurn_q6;
+  }
+
   template <class Sink>
   void end_revolution(Sink& sink) {
-    if (size_ != 0) sink(RplidarRevolution{std::span(points_).first(size_), whole_});
+    const bool one = travel_q6_ < kTurn_q6 + kTurn_q6 / 2;
+    if (size_ != 0) sink(RplidarRevolution{std::span(points_).first(size_), whole_ && one});
     size_ = 0;
+    travel_q6_ = 0;
     whole_ = true;
   }
 
   std::array<TimedRplidarPoint, kMaxPoints> points_{};
   std::size_t size_ = 0;
+  int travel_q6_ = 0;  ///< angle from the first point to the last
   bool whole_ = false;
   std::uint64_t dropped_ = 0;
 };
@@ -292,53 +312,5 @@ struct RplidarScanOptions {
   }
   return scan;
 }
-
-/// Decodes an RPLIDAR's byte stream into whole revolutions with the times of their points.
-class RplidarStream {
- public:
-  /// `baud` > 0 of the line.
-  explicit RplidarStream(int baud) : baud_(baud) {}
-
-  /// Takes the next bytes, the last of which arrived at `arrived`; calls `sink(const
-  /// RplidarRevolution&)` with every whole revolution they complete.
-  template <class Sink>
-  void feed(Bytes bytes, LogTime arrived, Sink&& sink) {
-    fed_ += bytes.size();
-    decoder_.feed(bytes, [&](const RplidarPacket& packet) { take(packet, arrived, sink); });
-  }
-
-  /// Of bytes and packets.
-  [[nodiscard]] const DecoderStatistics& statistics() const { return decoder_.statistics(); }
-
- private:
-  template <class Sink>
-  void take(const RplidarPacket& packet, LogTime arrived, Sink& sink) {
-    if (packet.response() == RplidarResponse::sample_rate && !packet.is_descriptor()) {
-      const auto rate = rplidar_sample_rate(packet.bytes());
-      if (rate && rate->standard_us != 0 && rate->express_us != 0) rate_ = *rate;
-      return;
-    }
-    // A new request began in the middle of a revolution.
-    if (packet.is_descriptor()) revolutions_.finish([](const RplidarRevolution&) {});
-    const bool nodes = packet.response() == RplidarResponse::node;
-    const Duration sample = std::chrono::microseconds(nodes ? rate_.standard_us : rate_.express_us);
-    const std::uint64_t end = packet.position() + packet.bytes().size();
-    const LogTime last =
-        arrived - line_time(fed_ - end, baud_) - rplidar_delay(packet.response(), sample, baud_);
-    unpacker_.add(packet, [&](std::span<const RplidarPoint> points) {
-      revolutions_.add(points, last, sample, [&](const RplidarRevolution& revolution) {
-        if (revolution.whole) sink(revolution);
-      });
-    });
-  }
-
-  int baud_;
-  RplidarDecoder decoder_;
-  RplidarUnpacker unpacker_;
-  RplidarRevolutions<> revolutions_;
-  /// An A1's, until the device reports its own: 2000 nodes per second, 4000 in capsules.
-  RplidarSampleRate rate_ = {500, 250};
-  std::uint64_t fed_ = 0;
-};
 
 }  // namespace wayfare::decode

@@ -45,6 +45,9 @@ struct SensorOptions {
   std::string port;                   ///< path of the serial line
   ModemLine dtr = ModemLine::keep;    ///< set when the port is opened
   std::vector<std::uint8_t> request;  ///< bytes sent once the port is open, such as a scan request
+  /// Of an RPLIDAR without a `request`: the scan mode in which it is started by its protocol (see
+  /// decode::RplidarStart), or "listen" to send nothing.
+  std::string mode = "typical";
 };
 
 /// Devices, files, intervals and remote control of a Logger.
@@ -58,6 +61,14 @@ struct LoggerOptions {
   /// own.
   Duration sync_every = std::chrono::seconds(1);
   Duration status_every = std::chrono::seconds(1);  ///< interval of the status lines
+  /// Time of bytes that become no measurement until the sensor's status has a warning.
+  Duration warn_after = std::chrono::seconds(3);
+  /// A file of this size is followed by another, up to a chunk of a megabyte or `flush_every`
+  /// later; 0: never. Each can be read alone.
+  std::uint64_t rotate_bytes = 0;
+  Duration rotate_every = Duration(0);  ///< the same for a file of this duration
+  /// The status warns where the disk is full within this time at the present rate.
+  Duration warn_disk = std::chrono::minutes(10);
   /// Waiting for the disk; beyond, data is dropped.
   std::size_t queue_bytes = std::size_t{64} << 20;
   std::string control_port = {};  ///< serial line with remote control; empty: none
@@ -68,6 +79,8 @@ struct LoggerOptions {
   /// Creates the output of a recording; empty: a file. Neither it nor its sinks may call `begin` or
   /// destroy the logger.
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
+  /// The computer's clock, UTC; empty: the system's. Called by several threads.
+  std::function<LogTime()> wall_clock = {};
 };
 
 /// What the logger does now.
@@ -104,7 +117,8 @@ struct SensorStatus {
   double bytes_per_s = 0.0;     ///< over the last status interval
   double messages_per_s = 0.0;  ///< decoded, over the last status interval
   DecodingStatus decoding;      ///< results of its decoder
-  std::string note;             ///< reason for waiting, limitations of the line
+  std::string note;  ///< reason for waiting, limitations of the line, what an RPLIDAR identified as
+  std::string warning;  ///< bytes become no measurements, and why; no scan of an RPLIDAR
 };
 
 /// File, counts and error are those of the last recording that was begun, even if its file could
@@ -112,14 +126,16 @@ struct SensorStatus {
 struct LoggerStatus {
   LoggerState state = LoggerState::idle;  ///< what it does now
   LogTime time;                           ///< of this status
-  std::string file;                       ///< path of the recording
+  std::string file;                       ///< path of the recording, of its last file
+  std::uint32_t files = 0;                ///< of this recording
   double seconds = 0.0;                   ///< of this recording
-  std::uint64_t written = 0;              ///< bytes of the file
+  std::uint64_t written = 0;              ///< bytes of its files
   std::uint64_t disk_free = 0;            ///< bytes left on the disk of the recordings
   std::size_t queued = 0,                 ///< bytes waiting for the disk
       queue_peak = 0;                     ///< the most so far
   std::uint64_t dropped = 0;              ///< records, of all sensors
   std::string error;                      ///< reason why recording failed
+  std::string warning;                    ///< the disk is nearly full; no next file can be created
   std::vector<SensorStatus> sensors;      ///< in the order of the options
 };
 
@@ -134,8 +150,9 @@ struct LoggerStatus {
 /// recording that is stopped while its file is being created is ended once that is done.
 ///
 /// Times are nanoseconds of UTC since 1970 by the computer's clock at the start of the logger, and
-/// by its monotonic clock from then on, so that they never jump. For each sensor the recording has
-/// the channel /NAME/raw with its bytes and their times of reading, and the channels of decoded
+/// by its monotonic clock from then on, so that they never jump; /logger/clock has the computer's
+/// clock where a file begins and where that clock was set. For each sensor the recording has the
+/// channel /NAME/raw with its bytes and their times of reading, and the channels of decoded
 /// messages; and it has /logger/status.
 class Logger {
  public:

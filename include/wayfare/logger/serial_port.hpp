@@ -46,6 +46,9 @@ class SerialPort {
   /// Writes without waiting; returns the number of bytes written.
   [[nodiscard]] Result<std::size_t> write(std::span<const std::uint8_t> bytes);
 
+  /// Sets the modem line; false where there is none.
+  bool set_dtr(ModemLine line);
+
   /// Bytes written that the line has not sent.
   [[nodiscard]] std::size_t unsent() const;
 

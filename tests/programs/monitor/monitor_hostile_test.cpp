@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "logger/listening.hpp"
 #include "monitor_support.hpp"
 
 namespace wayfare::examples {
@@ -187,6 +188,22 @@ double resident_bytes() {
   double all = 0.0, resident = 0.0;
   std::ifstream("/proc/self/statm") >> all >> resident;
   return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+TEST(Monitor, ListensOnThisComputerOnly) {
+  const auto before = testing::listened_addresses();
+  const Recorded recorded;
+  MonitorOptions options;
+  options.recording = recorded.path;
+  const auto server = serve(options);
+  auto now = testing::listened_addresses();
+  for (const std::string& address : before) std::erase(now, address);
+  ASSERT_EQ(now.size(), 1U);
+  EXPECT_THAT(now[0], ::testing::StartsWith("0100007F:")) << "127.0.0.1";
+  options.host = "0.0.0.0";  // what the test finds where it is asked for
+  const auto open = serve(options);
+  EXPECT_THAT(testing::listened_addresses(),
+              ::testing::Contains(::testing::StartsWith("00000000:")));
 }
 
 TEST(Monitor, TenThousandHostileRequestsTakeNoMemory) {

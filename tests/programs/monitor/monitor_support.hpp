@@ -134,6 +134,7 @@ struct LiveDevices {
       logger::SensorOptions sensor;
       sensor.device = {name, kind, 115200, ""};
       sensor.port = devices.back()->path();
+      if (sensor.device.kind == "rplidar") sensor.mode = "listen";  // it answers no request
       options.sensors.push_back(sensor);
     };
     device("unit", "xsens", unit(), 2600.0);

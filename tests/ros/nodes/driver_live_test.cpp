@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/device_decoder.hpp>
