@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <memory>
 
+#include <wayfare/decode/rplidar_conf.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 #include "decoders.hpp"
@@ -11,10 +12,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace wayfare;
   using decode::RplidarResponse;
   if (size == 0) return 0;
-  constexpr RplidarResponse kInside[] = {RplidarResponse::none, RplidarResponse::node,
-                                         RplidarResponse::express, RplidarResponse::ultra,
-                                         RplidarResponse::dense};
-  const decode::RplidarDecoder fresh{decode::RplidarFraming(kInside[data[0] % 5])};
+  constexpr RplidarResponse kInside[] = {RplidarResponse::none,       RplidarResponse::node,
+                                         RplidarResponse::express,    RplidarResponse::ultra,
+                                         RplidarResponse::dense,      RplidarResponse::hq,
+                                         RplidarResponse::ultra_dense};
+  const decode::RplidarDecoder fresh{decode::RplidarFraming(kInside[data[0] % 7])};
   decode::RplidarUnpacker unpacker;
   const auto revolutions = std::make_unique<decode::RplidarRevolutions<500>>();
   const auto revolution = [](const decode::RplidarRevolution& t) {
@@ -25,8 +27,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static_cast<void>(decode::rplidar_health(p.bytes()));
     static_cast<void>(decode::rplidar_sample_rate(p.bytes()));
     static_cast<void>(decode::rplidar_conf(p.bytes()));
+    static_cast<void>(decode::rplidar_conf_set(p.bytes()));
     unpacker.add(p, [&](std::span<const decode::RplidarPoint> points) {
-      for (const auto& point : points) fuzz::require(point.angle_q6 < 360 * 64);
+      for (const auto& point : points) fuzz::require(point.angle_deg() < 360.0);
       revolutions->add(points, LogTime{}, Duration(250'000), revolution);
     });
   });
