@@ -4,7 +4,9 @@
 // GNSS receivers (UBX, NMEA). No I/O, no heap.
 
 #include <wayfare/decode/awinda.hpp>
+#include <wayfare/decode/mt_raw.hpp>
 #include <wayfare/decode/mt_sample.hpp>
+#include <wayfare/decode/mt_setup.hpp>
 #include <wayfare/decode/nmea.hpp>
 #include <wayfare/decode/rplidar_conf.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
