@@ -15,6 +15,7 @@
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
+#include <wayfare/decode/ti_commands.hpp>
 #include <wayfare/decode/ti_config.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>

@@ -6,3 +6,4 @@
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/logger/serial_port.hpp>
+#include <wayfare/logger/ti_commands.hpp>
