@@ -20,6 +20,7 @@
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/decode/ti_header.hpp>
+#include <wayfare/decode/ti_items.hpp>
 #include <wayfare/decode/ti_refusal.hpp>
 #include <wayfare/decode/ti_tracking.hpp>
 #include <wayfare/decode/ubx.hpp>

@@ -12,9 +12,11 @@
 #include <thread>
 #include <utility>
 
+#include <wayfare/logger/device_messages.hpp>
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/serial_port.hpp>
 
+#include "logger/configure.hpp"
 #include "logger/control_line.hpp"
 #include "logger/recorder.hpp"
 
@@ -88,6 +90,8 @@ class Sensor {
 
   [[nodiscard]] std::optional<SerialPort> open() {
     auto port = SerialPort::open(options_.port, {options_.device.baud, options_.dtr});
+    if (port)
+      if (const auto sent = configure(options_, quit_); !sent) port = sent.error();
     const std::lock_guard lock(mutex_);
     status_.state = port ? SensorState::silent : SensorState::waiting;
     status_.note = port ? port->note() : port.error().to_string();
@@ -207,7 +211,24 @@ struct Logger::Impl {
     io::McapMetadata about = {{"sensors", std::to_string(options.sensors.size())},
                               {"clock", "monotonic, set to UTC when the logger started"}};
     for (const SensorOptions& s : options.sensors) about["sensor " + s.device.name] = s.device.kind;
-    return recorder.begin(about);
+    auto begun = recorder.begin(about);
+    if (begun) record_mountings();
+    return begun;
+  }
+
+  /// Where the sensors are mounted, once in each file.
+  void record_mountings() {
+    std::vector<Mounting> mountings;
+    for (const SensorOptions& s : options.sensors)
+      if (s.mounting) mountings.push_back({options.base_frame, s.device.name, *s.mounting});
+    if (mountings.empty()) return;
+    LoggerStatus now;
+    static_cast<void>(recorder.fill(now));
+    const std::lock_guard lock(mounted_mutex);
+    if (now.file == mounted_file) return;
+    mounted_file = now.file;
+    recorder.add(recorder.session(), {sensors.size(), false, transforms, now.time, now.time,
+                                      transforms_json(mountings, now.time)});
   }
 
   void obey(Command command) {
@@ -242,6 +263,7 @@ struct Logger::Impl {
     LoggerStatus now = status();
     control.send(status_line(to_json(now)));
     if (!record) return;
+    record_mountings();
     // The recording has all measurements.
     for (SensorStatus& sensor : now.sensors) sensor.decoding.latest.clear();
     // It may be dropped where the queue is full: the next one counts what was dropped.
@@ -256,6 +278,14 @@ struct Logger::Impl {
   ControlLine control;
   std::atomic<bool> quit{false};
   bool report = false;  ///< of the coordinating thread
+  std::mutex mounted_mutex;
+  std::string mounted_file;  ///< that has the mountings
+  const std::shared_ptr<const Stream> transforms =
+      std::make_shared<const Stream>(Stream{"/tf_static",
+                                            "json",
+                                            std::string(transforms_schema().name),
+                                            std::string(transforms_schema().json),
+                                            {}});
   const std::shared_ptr<const Stream> stream = std::make_shared<const Stream>(
       Stream{"/logger/status", "json", "wayfare.LoggerStatus", std::string(kStatusSchema), {}});
   std::thread thread;

@@ -7,6 +7,8 @@
 
 #include <wayfare/decode/ti_commands.hpp>
 
+#include "logger/configure.hpp"
+
 namespace wayfare::logger {
 namespace {
 
@@ -46,6 +48,14 @@ Result<void> send_ti_config(SerialPort& port, std::string_view config, const std
   }
   if (dialogue.error()) return *dialogue.error();
   return {};
+}
+
+Result<void> configure(const SensorOptions& sensor, const std::atomic<bool>& stop) {
+  if (sensor.command_port.empty()) return {};
+  auto commands = SerialPort::open(sensor.command_port);
+  if (!commands) return commands.error();
+  return send_ti_config(*commands, sensor.device.configuration,
+                        "configuration of " + sensor.device.name, std::chrono::seconds(2), &stop);
 }
 
 }  // namespace wayfare::logger

@@ -15,7 +15,7 @@ using namespace wayfare;
 void unpack(decode::Bytes bytes, decode::RplidarResponse response) {
   decode::RplidarUnpacker unpacker;
   const std::size_t n = decode::rplidar_packet_bytes(response);
-  for (std::size_t at = 0; n != 0 && at + n <= bytes.size(); at += n) {
+  for (std::size_t at = 0; n > 5 && at + n <= bytes.size(); at += n) {
     const std::vector<std::uint8_t> capsule(bytes.begin() + long(at), bytes.begin() + long(at + n));
     unpacker.add({response, false, at, capsule}, [](std::span<const decode::RplidarPoint> points) {
       for (const auto& point : points) fuzz::require(point.angle_deg() < 360.0);

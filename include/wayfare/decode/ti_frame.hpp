@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
@@ -235,9 +236,12 @@ inline std::optional<TiTemperature> TiFrame::temperature() const {
 /// The frame's points in the radar's frame (x forward, y left). `speed_step_mps` is the width of a
 /// Doppler bin (`TiLimits::speed_step_mps`), used before SDK 3 only, whose frames have bins.
 /// Without a strength it is 10 log10(peak + 1) before SDK 3, else 0. Points that
-/// are not finite are left out.
+/// are not finite are left out. `noise_db`, if given, becomes the noise of each point; empty where
+/// the frame has none.
 [[nodiscard]] inline RadarScan to_radar_scan(const TiFrame& frame, LogTime time,
-                                             double speed_step_mps = 0.0) {
+                                             double speed_step_mps = 0.0,
+                                             std::vector<float>* noise_db = nullptr) {
+  if (noise_db != nullptr) noise_db->clear();
   RadarScan scan{time, {}};
   scan.points.reserve(frame.size());
   const bool floats = frame.encoding() != TiPoints::fixed;
@@ -251,6 +255,8 @@ inline std::optional<TiTemperature> TiFrame::temperature() const {
     if (frame.has_strength()) point.snr_db = 0.1F * static_cast<float>(p.snr_ddb);
     if (!std::isfinite(p.x_m + p.y_m + p.z_m) || !std::isfinite(point.doppler_m_s)) continue;
     scan.points.push_back(point);
+    if (noise_db != nullptr && frame.has_noise())
+      noise_db->push_back(0.1F * static_cast<float>(p.noise_ddb));
   }
   return scan;
 }
