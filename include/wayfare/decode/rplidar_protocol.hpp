@@ -101,12 +101,10 @@ enum class RplidarResponse : std::uint8_t {
 
 /// Bytes of a node or capsule; 0 for other responses.
 [[nodiscard]] constexpr std::size_t rplidar_packet_bytes(RplidarResponse response) {
-  using enum RplidarResponse;
-  if (response == node) return 5;
-  if (response == express || response == dense) return 84;
-  if (response == ultra) return 132;
-  if (response == ultra_dense) return 170;
-  return response == hq ? 781 : 0;
+  constexpr std::array<std::uint16_t, 6> kBytes = {5, 84, 781, 132, 84, 170};  // from node on
+  const auto i =
+      static_cast<std::size_t>(response) - static_cast<std::size_t>(RplidarResponse::node);
+  return i < kBytes.size() ? kBytes[i] : 0;
 }
 
 /// Measurements in a node or capsule; 0 for other responses.

@@ -33,13 +33,12 @@ class RplidarUnpacker {
   void add(const RplidarPacket& packet, Sink&& sink) {
     const Bytes b = packet.bytes();
     if (packet.is_descriptor()) return reset();
-    if (!is_rplidar_scan(packet.response())) return;
     if (packet.response() == RplidarResponse::node) {
       if (b.size() != 5) return;
       points_[0] = rplidar_node(b);
       return sink(std::span<const RplidarPoint>(points_.data(), 1));
     }
-    if (b.size() != rplidar_packet_bytes(packet.response())) return;
+    if (b.empty() || b.size() != rplidar_packet_bytes(packet.response())) return;
     if (packet.response() == RplidarResponse::hq) return add_hq(b, sink);
     // The first after a start or a reset of the encoder.
     const bool first = (b[start_at(packet.response()) + 1] & 0x80) != 0;
@@ -77,12 +76,11 @@ class RplidarUnpacker {
 
   std::size_t unpack(Bytes next) {
     if (response_ == RplidarResponse::express) return unpack_express(next);
-    if (response_ == RplidarResponse::ultra_dense) {
-      ultra_dense_.unpack(capsule_.data(), start_q6(capsule_.data(), 8), start_q6(next.data(), 8),
-                          points_.data());
-      return 64;
-    }
-    return response_ == RplidarResponse::dense ? unpack_dense(next) : unpack_ultra(next);
+    if (response_ == RplidarResponse::dense) return unpack_dense(next);
+    if (response_ == RplidarResponse::ultra) return unpack_ultra(next);
+    ultra_dense_.unpack(capsule_.data(), start_q6(capsule_.data(), 8), start_q6(next.data(), 8),
+                        points_.data());
+    return 64;
   }
 
   std::size_t unpack_express(Bytes next) {
@@ -109,13 +107,13 @@ class RplidarUnpacker {
     for (std::size_t cabin = 0; cabin < 32; ++cabin) {
       const auto word = load_le<std::uint32_t>(&capsule_[4 + 4 * cabin]);
       const auto after = load_le<std::uint32_t>(cabin < 31 ? &capsule_[8 + 4 * cabin] : &next[4]);
-      const detail::VariableScale major(static_cast<int>(word & 0xFFFU));
-      const detail::VariableScale major2(static_cast<int>(after & 0xFFFU));
-      const auto& base1 = major.value == 0 && major2.value != 0 ? major2 : major;
+      const detail::VariableScale scale1(static_cast<int>(word & 0xFFFU));
+      const detail::VariableScale scale2(static_cast<int>(after & 0xFFFU));
+      const auto& base1 = scale1.value == 0 && scale2.value != 0 ? scale2 : scale1;
       const std::array<std::uint32_t, 3> distances = {
-          static_cast<std::uint32_t>(major.value) << 2,
+          static_cast<std::uint32_t>(scale1.value) << 2,
           predicted(static_cast<std::int32_t>(word << 10) >> 22, base1),
-          predicted(static_cast<std::int32_t>(word) >> 22, major2)};
+          predicted(static_cast<std::int32_t>(word) >> 22, scale2)};
       for (std::size_t i = 0; i < 3; ++i)
         angles.next(points_[3 * cabin + i], distances[i], detail::ultra_offset_q16(distances[i]));
     }
@@ -130,11 +128,11 @@ class RplidarUnpacker {
   }
 
   std::array<std::uint8_t, 170> capsule_{};  ///< the previous one
-  detail::UltraDensePoints ultra_dense_;
-  std::size_t length_ = 0;  ///< its length, 0 for none
+  std::size_t length_ = 0;                   ///< its length, 0 for none
   std::uint64_t end_ = 0;
   RplidarResponse response_ = RplidarResponse::none;
   std::array<RplidarPoint, 96> points_{};
+  detail::UltraDensePoints ultra_dense_;
 };
 
 /// A point with the time it was measured at.

@@ -84,7 +84,8 @@ inline void hq_point(const std::uint8_t* p, RplidarPoint& point) {
 class UltraDensePoints {
  public:
   /// 64 points of `capsule`, which begins at `start_q6` and the next at `next_q6`.
-  void unpack(const std::uint8_t* capsule, int start_q6, int next_q6, RplidarPoint* points) {
+  [[gnu::noinline]] void unpack(const std::uint8_t* capsule, int start_q6, int next_q6,
+                                RplidarPoint* points) {
     constexpr int kTurn_q16 = 360 << 16, kTurn_q6 = 360 << 6;
     const int span_q6 = next_q6 - start_q6 + (next_q6 < start_q6 ? kTurn_q6 : 0);
     const int step_q16 = (span_q6 << 10) / 64;
