@@ -8,6 +8,7 @@
 
 #include <wayfare/decode/ti_config.hpp>
 #include <wayfare/decode/ti_header.hpp>
+#include <wayfare/decode/ti_items.hpp>
 #include <wayfare/decode/ti_refusal.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
@@ -201,6 +202,29 @@ TEST(TiTracking, VitalSigns) {
     EXPECT_EQ(v->heart_waveform[14], 18.0F);
     EXPECT_EQ(v->breath_waveform[0], 19.0F);
   });
+}
+
+TEST(TiItems, ProfilesAndMaps) {
+  const Stream bytes =
+      frame(1, 0,
+            {item_of<std::uint16_t>(2, {0, 512, 5120}), item_of<std::uint16_t>(3, {7}),
+             item_of<std::int16_t>(8, {-1, 2, 3, -4}), item_of<std::uint16_t>(5, {9, 65'535})});
+  one_frame(bytes, [](const TiFrame& f) {
+    ASSERT_EQ(ti_range_profile(f).size(), 3U);
+    EXPECT_EQ(ti_level_db(ti_range_profile(f)[0]), 0.0);
+    // 512 are a factor of two in magnitude, 5120 one of 1024.
+    EXPECT_NEAR(ti_level_db(ti_range_profile(f)[1]), 20.0 * std::log10(2.0), 1e-12);
+    EXPECT_NEAR(ti_level_db(ti_range_profile(f)[2]), 20.0 * std::log10(1024.0), 1e-11);
+    EXPECT_EQ(ti_noise_profile(f)[0], 7);
+    ASSERT_EQ(ti_azimuth_map(f).size(), 4U);
+    EXPECT_EQ(ti_azimuth_map(f)[3], -4);
+    EXPECT_EQ(ti_range_doppler_map(f)[1], 65'535);
+    EXPECT_EQ(ti_linear_profile(f).size(), 0U);
+  });
+  Item odd = item_of<std::uint16_t>(2, {1, 2});
+  odd.payload.push_back(3);
+  one_frame(frame(1, 0, {odd}),
+            [](const TiFrame& f) { EXPECT_EQ(ti_range_profile(f).size(), 2U); });
 }
 
 TEST(TiTracking, UnitsThatAreNotNumbersGiveNoDecibels) {
