@@ -16,7 +16,7 @@ namespace {
 using decode::TimedRplidarPoint;
 using ::testing::HasSubstr;
 
-LogTime some_time() { return LogTime::from_nanoseconds(1'700'000'000'123'456'789); }
+LogTime recorded_at() { return LogTime::from_nanoseconds(1'700'000'000'123'456'789); }
 
 TEST(DeviceMessages, EveryNodeOfARevolution) {
   std::mt19937 random(1);
@@ -28,7 +28,7 @@ TEST(DeviceMessages, EveryNodeOfARevolution) {
     p.distance_q2 = static_cast<std::uint32_t>(random());
     p.quality = static_cast<std::uint8_t>(random());
     p.start_of_revolution = i == 0;
-    points.push_back({p, some_time() + Duration(i * 250'123)});
+    points.push_back({p, recorded_at() + Duration(i * 250'123)});
   }
   points[1].point.angle_q6 = 360 * 64 - 1;
   points[1].point.angle_rest_q13 = 127;
@@ -80,7 +80,7 @@ TEST(DeviceMessages, AllOfARadarsFrame) {
        item_of<std::int16_t>(4, {-7, 8, 9, -32'768}), item_of<std::uint16_t>(5, {10, 65'535}),
        item_of<std::uint32_t>(6, {11, 12, 13, 14, 15, 16}), temperature});
   with_frame(bytes, [](const decode::TiFrame& frame) {
-    const RadarFrame sent = radar_frame(frame, some_time());
+    const RadarFrame sent = radar_frame(frame, recorded_at());
     const std::string json = radar_frame_json(sent, "radar");
     EXPECT_TRUE(nlohmann::json::accept(json)) << json;
     EXPECT_THAT(json, HasSubstr(R"("range_profile":[1,60000,3])"));
@@ -106,7 +106,7 @@ TEST(DeviceMessages, TargetsOfPeopleCounting) {
                                    {targets, decode::item_of<std::uint8_t>(1011, {3, 255}),
                                     decode::item_of<std::uint32_t>(1021, {1})});
   with_frame(bytes, [](const decode::TiFrame& frame) {
-    const RadarFrame sent = radar_frame(frame, some_time());
+    const RadarFrame sent = radar_frame(frame, recorded_at());
     const auto back = parse_radar_frame(radar_frame_json(sent, "radar"));
     ASSERT_TRUE(back);
     expect_equal(*back, sent);
@@ -120,7 +120,7 @@ TEST(DeviceMessages, TargetsOfPeopleCounting) {
 
 TEST(DeviceMessages, AnEmptyFrameIsAMessage) {
   with_frame(decode::frame(5, 0, {}), [](const decode::TiFrame& frame) {
-    const auto back = parse_radar_frame(radar_frame_json(radar_frame(frame, some_time()), "r"));
+    const auto back = parse_radar_frame(radar_frame_json(radar_frame(frame, recorded_at()), "r"));
     ASSERT_TRUE(back);
     EXPECT_EQ(back->number, 5U);
     EXPECT_FALSE(back->statistics);
@@ -130,7 +130,7 @@ TEST(DeviceMessages, AnEmptyFrameIsAMessage) {
 /// A message with every field of another value.
 MtState full_state() {
   MtState s;
-  s.time = some_time();
+  s.time = recorded_at();
   decode::MtSample& m = s.sample;
   m.packet_counter = 65'535;
   m.sample_time_fine = 4'294'967'295U;
@@ -196,7 +196,7 @@ TEST(DeviceMessages, MountingsAreTransforms) {
       {"base_link", "lidar",
        SE3d(Eigen::Vector3d(0.1, -0.2, 0.3), SO3d::exp(Eigen::Vector3d(0.1, 0.2, 3.0)))},
       {"base_link", "ra\"dar", SE3d()}};
-  const std::string json = transforms_json(sent, some_time());
+  const std::string json = transforms_json(sent, recorded_at());
   EXPECT_TRUE(nlohmann::json::accept(json)) << json;
   EXPECT_TRUE(nlohmann::json::accept(transforms_schema().json));
   const auto back = parse_transforms(json);
@@ -218,7 +218,7 @@ TEST(DeviceMessages, SchemasAreJson) {
 }
 
 TEST(DeviceMessages, DamagedMessagesAreErrorsOrMessages) {
-  const std::vector<TimedRplidarPoint> nodes = {{{640, 4000, 10, true}, some_time()}};
+  const std::vector<TimedRplidarPoint> nodes = {{{640, 4000, 10, true}, recorded_at()}};
   RadarFrame radar;
   radar.range_profile = {1, 2};
   radar.azimuth_map = {3};
@@ -226,7 +226,7 @@ TEST(DeviceMessages, DamagedMessagesAreErrorsOrMessages) {
   radar.statistics.emplace();
   const std::string good[] = {
       lidar_nodes_json(nodes, "a"), radar_frame_json(radar, "a"), mt_state_json(full_state(), "a"),
-      transforms_json(std::vector<Mounting>{{"a", "b", SE3d()}}, some_time())};
+      transforms_json(std::vector<Mounting>{{"a", "b", SE3d()}}, recorded_at())};
   std::mt19937 random(3);
   for (const std::string& text : good) {
     for (int i = 0; i < 2000; ++i) {

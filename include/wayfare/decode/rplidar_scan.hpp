@@ -95,7 +95,7 @@ class RplidarUnpacker {
     return 32;
   }
 
-  std::size_t unpack_dense(Bytes next) {
+  [[gnu::noinline]] std::size_t unpack_dense(Bytes next) {
     detail::CapsuleAngles angles(start_q6(capsule_.data()), start_q6(next.data()), 40);
     for (std::size_t i = 0; i < 40; ++i)
       angles.next(points_[i], std::uint32_t{load_le<std::uint16_t>(&capsule_[4 + 2 * i])} << 2, 0);
