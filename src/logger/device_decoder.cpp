@@ -6,9 +6,11 @@
 #include <optional>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
+#include <wayfare/logger/device_messages.hpp>
 #include <wayfare/logger/messages.hpp>
 
 #include "logger/status_sample.hpp"
@@ -29,66 +31,97 @@ class RawDevice final : public DeviceDecoder {
   [[nodiscard]] DecodingStatus status() const override { return {}; }
 };
 
-const RadarScan& measured(const RadarScan& scan) { return scan; }
-LaserScan measured(const decode::RplidarRevolution& turn) { return decode::to_laser_sweep(turn); }
-
-std::string json_of(const RadarScan& scan, const std::string& frame) {
-  return point_cloud_json(scan, frame);
-}
-std::string json_of(const LaserScan& scan, const std::string& frame) {
-  return laser_scan_json(scan, frame);
-}
-
-/// A device that measures scans, completed by a `Scans` from its bytes.
-template <class Scans>
-class ScanDevice final : public DeviceDecoder {
+/// A TI radar: the points of each frame, and all else it has.
+class RadarDevice final : public DeviceDecoder {
  public:
-  template <class... Arguments>
-  ScanDevice(const std::string& name, const char* topic, const MessageSchema& schema,
-             const char* unit, Arguments... arguments)
+  RadarDevice(const std::string& name, int baud, double speed_step_mps)
       : name_(name),
-        unit_(unit),
-        scans_(arguments...),
-        stream_(json_stream("/" + name + topic, schema)) {}
+        frames_(baud, speed_step_mps),
+        points_(json_stream("/" + name + "/points", point_cloud_schema())),
+        others_(json_stream("/" + name + "/frame", radar_frame_schema())) {}
 
   void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) override {
-    scans_.feed(bytes, arrived, [&](const auto& scan) {
+    frames_.feed_frames(bytes, arrived, [&](const decode::TiFrame& frame, LogTime time) {
       ++messages_;
+      const RadarScan scan =
+          decode::to_radar_scan(frame, time, frames_.speed_step_mps(), &noise_db_);
       last_points_ = scan.points.size();
-      const auto& measurement = measured(scan);
-      latest_ = status_sample(measurement);
-      sink({stream_, measurement.time, json_of(measurement, name_)});
+      latest_ = status_sample(scan);
+      sink({points_, time, point_cloud_json(scan, name_, noise_db_)});
+      sink({others_, time, radar_frame_json(radar_frame(frame, time), name_)});
     });
   }
 
   [[nodiscard]] DecodingStatus status() const override {
-    const auto& s = scans_.statistics();
-    return {messages_, s.skipped_bytes, s.malformed + s.checksum_failures,
-            messages_ == 0 ? "" : std::to_string(last_points_) + unit_, latest_};
+    const auto& s = frames_.statistics();
+    return {
+        messages_, s.skipped_bytes, s.malformed + s.checksum_failures,
+        messages_ == 0 ? to_string(frames_.refusal()) : std::to_string(last_points_) + " points",
+        latest_};
   }
 
  private:
-  std::string name_, unit_;
-  Scans scans_;
-  std::shared_ptr<const Stream> stream_;
+  std::string name_;
+  TiStream frames_;
+  std::shared_ptr<const Stream> points_, others_;
+  std::vector<float> noise_db_;
   std::uint64_t messages_ = 0;
   std::size_t last_points_ = 0;
   std::string latest_;
 };
 
-/// An MTi on its own line, or a station with its trackers, each of which has a stream.
+/// An RPLIDAR: each revolution as a scan, and all its nodes.
+class LidarDevice final : public DeviceDecoder {
+ public:
+  LidarDevice(const std::string& name, int baud)
+      : name_(name),
+        revolutions_(baud),
+        scans_(json_stream("/" + name + "/scan", laser_scan_schema())),
+        nodes_(json_stream("/" + name + "/nodes", lidar_nodes_schema())) {}
+
+  void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) override {
+    revolutions_.feed(bytes, arrived, [&](const decode::RplidarRevolution& revolution) {
+      ++messages_;
+      last_points_ = revolution.points.size();
+      const LaserScan scan = decode::to_laser_sweep(revolution, {}, &qualities_);
+      latest_ = status_sample(scan);
+      sink({scans_, scan.time, laser_scan_json(scan, name_, qualities_)});
+      sink({nodes_, revolution.points.front().time, lidar_nodes_json(revolution.points, name_)});
+    });
+  }
+
+  [[nodiscard]] DecodingStatus status() const override {
+    const auto& s = revolutions_.statistics();
+    return {messages_, s.skipped_bytes, s.malformed + s.checksum_failures,
+            messages_ == 0 ? "" : std::to_string(last_points_) + " points a turn", latest_};
+  }
+
+ private:
+  std::string name_;
+  decode::RplidarStream revolutions_;
+  std::shared_ptr<const Stream> scans_, nodes_;
+  std::vector<float> qualities_;
+  std::uint64_t messages_ = 0;
+  std::size_t last_points_ = 0;
+  std::string latest_;
+};
+
+/// An MTi on its own line, or a station with its trackers, each of which has streams.
 class XsensDevice final : public DeviceDecoder {
  public:
   explicit XsensDevice(const DeviceDescription& device)
-      : name_(device.name),
-        samples_(device.baud),
-        lone_(json_stream("/" + device.name + "/imu", imu_schema())) {}
+      : name_(device.name), samples_(device.baud), lone_(streams_of("/" + device.name)) {}
 
   void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) override {
-    samples_.feed(bytes, arrived,
-                  [&](std::optional<std::uint32_t> tracker, const MargSample& sample) {
-                    give(tracker ? stream_of(*tracker) : lone_, sample, sink);
-                  });
+    samples_.feed(
+        bytes, arrived,
+        [&](std::optional<std::uint32_t> tracker, const MargSample& sample) {
+          give((tracker ? of(*tracker) : lone_).samples, sample, sink);
+        },
+        [&](std::optional<std::uint32_t> tracker, const MtState& state) {
+          const Streams& streams = tracker ? of(*tracker) : lone_;
+          sink({streams.states, state.time, mt_state_json(state, name_)});
+        });
   }
 
   [[nodiscard]] DecodingStatus status() const override {
@@ -97,6 +130,15 @@ class XsensDevice final : public DeviceDecoder {
   }
 
  private:
+  struct Streams {
+    std::shared_ptr<const Stream> samples, states;
+  };
+
+  static Streams streams_of(const std::string& topic) {
+    return {json_stream(topic + "/imu", imu_schema()),
+            json_stream(topic + "/state", mt_state_schema())};
+  }
+
   void give(const std::shared_ptr<const Stream>& stream, const MargSample& marg, const Sink& sink) {
     ++messages_;
     std::array<char, 80> text{};
@@ -108,20 +150,20 @@ class XsensDevice final : public DeviceDecoder {
     sink({stream, marg.time, imu_json(marg, name_)});
   }
 
-  const std::shared_ptr<const Stream>& stream_of(std::uint32_t tracker) {
-    auto& stream = trackers_[tracker];
-    if (!stream) {
+  const Streams& of(std::uint32_t tracker) {
+    Streams& streams = trackers_[tracker];
+    if (!streams.samples) {
       std::array<char, 9> id{};
       std::snprintf(id.data(), id.size(), "%08X", tracker);
-      stream = json_stream("/" + name_ + "/" + id.data() + "/imu", imu_schema());
+      streams = streams_of("/" + name_ + "/" + id.data());
     }
-    return stream;
+    return streams;
   }
 
   std::string name_;
   XsensStream samples_;
-  std::shared_ptr<const Stream> lone_;
-  std::map<std::uint32_t, std::shared_ptr<const Stream>> trackers_;  ///< bounded by the station
+  Streams lone_;
+  std::map<std::uint32_t, Streams> trackers_;  ///< bounded by the station
   std::uint64_t messages_ = 0;
   std::shared_ptr<const Stream> shown_;  ///< whose samples are in the status
   std::string sample_, latest_;
@@ -136,13 +178,11 @@ Result<Decoder> make_ti(const DeviceDescription& device) {
     if (!config) return config.error();
     speed_step_mps = decode::limits_of(*config).speed_step_mps;
   }
-  return Decoder(new ScanDevice<TiStream>(device.name, "/points", point_cloud_schema(), " points",
-                                          device.baud, speed_step_mps));
+  return Decoder(new RadarDevice(device.name, device.baud, speed_step_mps));
 }
 
 Result<Decoder> make_rplidar(const DeviceDescription& device) {
-  return Decoder(new ScanDevice<decode::RplidarStream>(device.name, "/scan", laser_scan_schema(),
-                                                       " points a turn", device.baud));
+  return Decoder(new LidarDevice(device.name, device.baud));
 }
 
 Result<Decoder> make_xsens(const DeviceDescription& device) {

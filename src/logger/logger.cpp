@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include <wayfare/logger/device_messages.hpp>
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/serial_port.hpp>
 
@@ -106,7 +107,17 @@ struct Logger::Impl {
   }
 
   /// The messages with which every file begins.
-  [[nodiscard]] std::vector<LoggedMessage> head() const { return {message_of(clock.read())}; }
+  [[nodiscard]] std::vector<LoggedMessage> head() const {
+    std::vector<LoggedMessage> messages{message_of(clock.read())};
+    std::vector<Mounting> mountings;
+    for (const SensorOptions& s : options.sensors)
+      if (s.mounting) mountings.push_back({options.base_frame, s.device.name, *s.mounting});
+    const LogTime now = messages.front().published;
+    if (!mountings.empty())
+      messages.push_back(
+          {options.sensors.size(), false, transforms, now, now, transforms_json(mountings, now)});
+    return messages;
+  }
   [[nodiscard]] LoggedMessage message_of(const ClockReading& reading) const {
     return {options.sensors.size(), false,         clock_stream,
             reading.stamp,          reading.stamp, clock_reading_json(reading)};
@@ -180,6 +191,12 @@ struct Logger::Impl {
                                             "json",
                                             std::string(clock_reading_schema().name),
                                             std::string(clock_reading_schema().json),
+                                            {}});
+  const std::shared_ptr<const Stream> transforms =
+      std::make_shared<const Stream>(Stream{"/tf_static",
+                                            "json",
+                                            std::string(transforms_schema().name),
+                                            std::string(transforms_schema().json),
                                             {}});
   Recorder recorder;
   std::vector<std::unique_ptr<Sensor>> sensors;

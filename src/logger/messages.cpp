@@ -12,101 +12,13 @@
 #include <wayfare/core/detail/bytes.hpp>
 
 #include "io/text/text.hpp"
-#include "logger/time_parts.hpp"
+#include "logger/message_text.hpp"
 
 namespace wayfare::logger {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::string_view kNoPose =
-    R"(,"pose":{"position":{"x":0,"y":0,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":1}})";
-
-Error malformed(const char* what) { return Error{ErrorCode::parse, std::string("is no ") + what}; }
-
-/// The shortest text that is read back as the same number.
-template <class Number>
-void put(std::string& out, Number value) {
-  if (std::isfinite(value)) {
-    io::text::append_number(out, value);
-  } else {
-    out += "null";
-  }
-}
-
-/// The beginning of a message: its time and frame.
-std::string head(LogTime time, std::string_view frame) {
-  const auto [sec, nsec] = seconds_and_rest(time);
-  std::string out = R"({"timestamp":{"sec":)";
-  put(out, sec);
-  out += R"(,"nsec":)";
-  put(out, nsec);
-  out += R"(},"frame_id":")" + json_escaped(frame) + '"';
-  return out;
-}
-
-/// Numbers x, y, z, and those in `more`, as properties of a schema.
-std::string numbers(std::string_view more = {}) {
-  std::string out;
-  for (const char c : std::string("xyz") + std::string(more))
-    out += std::string(out.empty() ? "" : ",") + '"' + c + R"(":{"type":"number"})";
-  return out;
-}
-
-/// The schema of a message with time, frame, optional pose, and `fields`.
-std::string schema_json(const std::string& name, bool posed, const std::string& fields) {
-  std::string out = R"({"title":")" + name + R"(","type":"object","properties":{)";
-  out += R"("timestamp":{"type":"object","title":"time","properties":)";
-  out += R"({"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"frame_id":{"type":"string"},)";
-  if (posed) {
-    out += R"("pose":{"title":"foxglove.Pose","type":"object","properties":{)";
-    out += R"("position":{"title":"foxglove.Vector3","type":"object","properties":{)" + numbers() +
-           R"(}},"orientation":{"title":"foxglove.Quaternion","type":"object","properties":{)" +
-           numbers("w") + "}}}},";
-  }
-  return out + fields + "}}";
-}
-
-std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
-  std::vector<std::uint8_t> out;
-  std::uint32_t bits = 0;
-  int held = 0;
-  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
-  for (const char c : text) {
-    const std::size_t value = io::text::kBase64Digits.find(c);
-    if (value == text.npos) return std::nullopt;
-    bits = bits << 6 | static_cast<std::uint32_t>(value);
-    held += 6;
-    if (held < 8) continue;
-    held -= 8;
-    out.push_back(static_cast<std::uint8_t>(bits >> held));
-  }
-  return out;
-}
-
-std::optional<double> number(const json& from, const char* key) {
-  const auto it = from.find(key);
-  if (it == from.end() || !it->is_number()) return std::nullopt;
-  return it->get<double>();
-}
-
-std::optional<LogTime> time_of(const json& message) {
-  const auto it = message.find("timestamp");
-  if (it == message.end() || !it->is_object()) return std::nullopt;
-  const auto sec = it->find("sec"), nsec = it->find("nsec");
-  if (sec == it->end() || nsec == it->end() || !sec->is_number_integer() ||
-      !nsec->is_number_integer())
-    return std::nullopt;
-  // An unsigned number above the limit of a signed one would be taken for a negative one.
-  const auto too_large = [](const json& n) {
-    return n.is_number_unsigned() && n.get<std::uint64_t>() > 9'000'000'000;
-  };
-  if (too_large(*sec) || too_large(*nsec)) return std::nullopt;
-  const auto s = sec->get<std::int64_t>(), ns = nsec->get<std::int64_t>();
-  if (s < -9'000'000'000 || s > 9'000'000'000 || ns < 0 || ns >= kSecond) return std::nullopt;
-  return LogTime::from_nanoseconds(s * kSecond + ns);
-}
+using namespace message_text;
 
 /// Three numbers, NaN if the field is null or missing; nothing if it is something else.
 std::optional<Eigen::Vector3d> vector_of(const json& message, const char* key) {
@@ -147,7 +59,8 @@ MessageSchema laser_scan_schema() {
   return {"foxglove.LaserScan", schema};
 }
 
-std::string laser_scan_json(const LaserScan& scan, std::string_view frame) {
+std::string laser_scan_json(const LaserScan& scan, std::string_view frame,
+                            std::span<const float> intensities) {
   std::string out = head(scan.time, frame);
   out += kNoPose;
   const double first = scan.first_bearing.radians();
@@ -169,7 +82,12 @@ std::string laser_scan_json(const LaserScan& scan, std::string_view frame) {
     if (i != 0) out += ',';
     put(out, scan.ranges_m[i]);
   }
-  return out + R"(],"intensities":[]})";
+  out += R"(],"intensities":[)";
+  for (std::size_t i = 0; i < intensities.size(); ++i) {
+    if (i != 0) out += ',';
+    put(out, intensities[i]);
+  }
+  return out + "]}";
 }
 
 Result<LaserScan> parse_laser_scan(std::string_view text) {
@@ -206,20 +124,24 @@ MessageSchema point_cloud_schema() {
   return {"foxglove.PointCloud", schema};
 }
 
-std::string point_cloud_json(const RadarScan& scan, std::string_view frame) {
+std::string point_cloud_json(const RadarScan& scan, std::string_view frame,
+                             std::span<const float> noise_db) {
+  const bool noisy = noise_db.size() == scan.points.size() && !noise_db.empty();
   std::string out = head(scan.time, frame);
   out += kNoPose;
   // Type 7 is a 32-bit float.
-  out += R"(,"point_stride":20,"fields":[{"name":"x","offset":0,"type":7},)"
+  out += noisy ? R"(,"point_stride":24)" : R"(,"point_stride":20)";
+  out += R"(,"fields":[{"name":"x","offset":0,"type":7},)"
          R"({"name":"y","offset":4,"type":7},{"name":"z","offset":8,"type":7},)"
-         R"({"name":"doppler","offset":12,"type":7},{"name":"snr","offset":16,"type":7}],"data":")";
+         R"({"name":"doppler","offset":12,"type":7},{"name":"snr","offset":16,"type":7})";
+  if (noisy) out += R"(,{"name":"noise","offset":20,"type":7})";
+  out += R"(],"data":")";
   std::string bytes;
-  for (const RadarPoint& p : scan.points)
-    for (const float v : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
-      std::array<std::uint8_t, sizeof v> raw;
-      decode::store_le(v, raw.data());
-      bytes.append(raw.begin(), raw.end());
-    }
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const RadarPoint& p = scan.points[i];
+    for (const float v : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) append_le(bytes, v);
+    if (noisy) append_le(bytes, noise_db[i]);
+  }
   return out + io::text::to_base64(bytes) + R"("})";
 }
 

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <utility>
 
+#include "logger/configure.hpp"
+
 namespace wayfare::logger {
 namespace {
 
@@ -77,6 +79,8 @@ void Sensor::run() {
 
 std::optional<SerialPort> Sensor::open() {
   auto port = SerialPort::open(options_.port, {options_.device.baud, options_.dtr});
+  if (port)
+    if (const auto sent = configure(options_, quit_); !sent) port = sent.error();
   {
     const std::lock_guard lock(mutex_);
     status_.state = port ? SensorState::silent : SensorState::waiting;

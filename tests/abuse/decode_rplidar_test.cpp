@@ -89,14 +89,13 @@ TEST(RplidarAbuse, AnglesStayBelowAFullCircle) {
 TEST(RplidarAbuse, PacketsOfNoScanGiveNoPoints) {
   RplidarUnpacker unpacker;
   const auto fail = [](std::span<const RplidarPoint>) { FAIL(); };
-  const Stream bytes(132, 0x5A);
+  const Stream bytes(781, 0x5A);
   unpacker.add(RplidarPacket{}, fail);
   for (int response = 0; response < 256; ++response)
-    for (const std::size_t n : {0U, 4U, 6U, 83U, 84U, 85U, 131U, 132U})
+    for (const std::size_t n : {0U, 4U, 6U, 83U, 84U, 85U, 131U, 132U, 169U, 170U, 780U, 781U})
       for (std::uint64_t position : {0U, 84U}) {
         const auto r = static_cast<RplidarResponse>(response);
-        const bool capsules = is_rplidar_scan(r) && r != RplidarResponse::node;
-        if (capsules && n == (r == RplidarResponse::ultra ? 132U : 84U)) continue;
+        if (r != RplidarResponse::node && n != 0 && n == rplidar_packet_bytes(r)) continue;
         unpacker.add(RplidarPacket(r, false, position, Bytes(bytes).first(n)), fail);
       }
 }

@@ -42,6 +42,43 @@ TEST(RplidarLaws, Capsules) {
   }
 }
 
+Stream random_bytes_of(RplidarResponse response, int count) {
+  Rng rng(5);
+  Stream stream;
+  std::vector<std::uint32_t> codes(64);
+  std::vector<HqNode> nodes(96);
+  for (int i = 0; i < count; ++i) {
+    for (auto& code : codes) code = static_cast<std::uint32_t>(rng.below(1U << 20));
+    for (auto& n : nodes)
+      n = {static_cast<std::uint16_t>(rng()), static_cast<std::uint32_t>(rng()),
+           static_cast<std::uint8_t>(rng()), static_cast<std::uint8_t>(rng())};
+    append(stream, response == RplidarResponse::hq
+                       ? hq_capsule(nodes, rng())
+                       : ultra_dense_capsule(i * 700 % (360 * 64), codes, i == 0));
+  }
+  return stream;
+}
+
+TEST(RplidarLaws, UltraDenseCapsules) {
+  const auto laws =
+      laws_of(random_bytes_of(RplidarResponse::ultra_dense, 20), RplidarResponse::ultra_dense);
+  laws.check();
+  const testing::DamageReport report = laws.damage(10000);
+  report.record("ultra_dense");
+  EXPECT_EQ(report.lost, 0U);
+  EXPECT_LE(static_cast<double>(report.false_frames), report.most_false(256.0));
+  EXPECT_LE(report.hidden, 2 * report.false_frames);
+}
+
+TEST(RplidarLaws, HqCapsules) {
+  const auto laws = laws_of(random_bytes_of(RplidarResponse::hq, 8), RplidarResponse::hq);
+  laws.check();
+  const testing::DamageReport report = laws.damage(1500);
+  report.record("hq");
+  EXPECT_EQ(report.lost, 0U);
+  EXPECT_EQ(report.false_frames, 0U);  // 32 bits
+}
+
 TEST(RplidarLaws, SingleAnswers) {
   Stream stream;
   for (int i = 0; i < 10; ++i) {

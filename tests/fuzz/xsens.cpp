@@ -3,7 +3,9 @@
 #include <memory>
 
 #include <wayfare/decode/awinda.hpp>
+#include <wayfare/decode/mt_raw.hpp>
 #include <wayfare/decode/mt_sample.hpp>
+#include <wayfare/decode/mt_setup.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include "decoders.hpp"
 
@@ -19,6 +21,18 @@ void use(decode::Bytes data, const decode::MtLegacyLayout& layout,
     static_cast<void>(to_marg_sample(*sample, LogTime{}));
   }
   static_cast<void>(decode::mt_legacy_sample(data, layout));
+  static_cast<void>(decode::mt_raw_readings(data));
+  static_cast<void>(decode::mt_full_snapshot(data));
+  for (const bool right : {false, true}) static_cast<void>(decode::mt_glove(data, right));
+  if (const auto satellites = decode::mt_satellites(data))
+    for (std::size_t i = 0; i < satellites->size(); ++i) static_cast<void>((*satellites)[i]);
+  if (const auto outputs = decode::mt_outputs(data))
+    for (std::size_t i = 0; i < outputs->size(); ++i) static_cast<void>((*outputs)[i]);
+  if (const auto profiles = decode::mt_filter_profiles(data))
+    for (std::size_t i = 0; i < profiles->size(); ++i)
+      fuzz::require((*profiles)[i].name().size() <= 20);
+  if (const auto profile = decode::mt_filter_profile(data))
+    fuzz::require(profile->name().size() <= 20);
   if (const auto c = decode::awinda_configuration(data))
     for (std::size_t i = 0; i < c->trackers; ++i) static_cast<void>(c->tracker(i));
   if (const auto snapshot = decode::awinda_snapshot(data)) {

@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <numbers>
-#include <optional>
 #include <random>
 #include <string>
 #include <thread>
@@ -21,6 +21,7 @@
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/logger/device_decoder.hpp>
+#include <wayfare/logger/device_messages.hpp>
 #include <wayfare/logger/logger.hpp>
 #include "logger/simulated_devices.hpp"
 
@@ -65,15 +66,16 @@ std::size_t record(const logger::DeviceDescription& device, const std::vector<Ar
   auto decoder = logger::make_decoder(device);
   if (!writer || !decoder) return 0;
   const LogTime start = LogTime::from_nanoseconds(1'700'000'000'000'000'000);
-  std::optional<std::uint16_t> channel;
+  std::map<std::string, std::uint16_t> channels;
   for (const Arrival& arrival : arrivals) {
     (*decoder)->feed(arrival.bytes, start + arrival.at, [&](logger::DecodedMessage m) {
-      if (!channel) {
+      const auto [channel, is_new] = channels.emplace(m.stream->topic, 0);
+      if (is_new) {
         const auto schema =
             writer->add_schema(m.stream->schema, "jsonschema", m.stream->schema_json);
-        channel = *writer->add_channel(m.stream->topic, m.stream->encoding, *schema);
+        channel->second = *writer->add_channel(m.stream->topic, m.stream->encoding, *schema);
       }
-      EXPECT_TRUE(writer->write(*channel, start + arrival.at, m.time, m.json));
+      EXPECT_TRUE(writer->write(channel->second, start + arrival.at, m.time, m.json));
     });
   }
   EXPECT_TRUE(writer->close());
@@ -257,6 +259,8 @@ TEST(LoggedDevices, ALoggersRecordingGoesThroughTheSystems) {
   options.sensors[0].port = unit.path();
   options.sensors[1].device = {"lidar", "rplidar", 115200, ""};
   options.sensors[1].port = lidar.path();
+  options.sensors[1].mounting =
+      SE3d(Eigen::Vector3d(0.1, 0.2, 0.3), SO3d::exp(Eigen::Vector3d(0.0, 0.0, 1.5)));
   const std::string path = record_with(options, {unit.size(), lidar.size()}, [&] {
     unit.start(), lidar.start();
     unit.finish(), lidar.finish();
@@ -277,6 +281,25 @@ TEST(LoggedDevices, ALoggersRecordingGoesThroughTheSystems) {
     ASSERT_GE(poses.size(), 78U);
     expect_true_path(poses, program == WAYFARE_GRAPH_SLAM ? 0.05 : kSpeed);
   }
+  const auto mountings = logger::read_mountings(path);
+  ASSERT_TRUE(mountings);
+  ASSERT_EQ(mountings->size(), 1U);
+  EXPECT_EQ((*mountings)[0].parent, "base_link");
+  EXPECT_EQ((*mountings)[0].child, "lidar");
+  EXPECT_EQ((*mountings)[0].pose.translation(), Eigen::Vector3d(0.1, 0.2, 0.3));
+  // Every node of it as a table, and every whole revolution's nodes as messages.
+  EXPECT_THAT(output_of(WAYFARE_DECODE " rplidar '" + path + "' --csv --out '" +
+                        (folder / "nodes.csv") + "'"),
+              ::testing::HasSubstr(std::to_string(80 * 300) + " points in 80 revolutions"));
+  const auto reader = io::McapReader::open(path);
+  std::size_t nodes = 0;
+  reader->read({io::McapOrder::file, {"/lidar/nodes"}}, [&](const io::McapMessage& m) {
+    const auto points = logger::parse_lidar_nodes(m.data);
+    EXPECT_TRUE(points);
+    for (const auto& p : *points) nodes += p.point.quality == 40 ? 1 : 0;
+    return true;
+  });
+  EXPECT_GE(nodes, 78U * 300U);
   // Replayed twenty times as fast: to the systems, and to another logger.
   const std::string live = WAYFARE_REPLAY " '" + path + "' --speed 20 ";
   EXPECT_THAT(output_of(live + "--system pedestrian"), ::testing::HasSubstr("350 samples"));

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/decode/detail/crc32.hpp>
+#include <wayfare/decode/mt_raw.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
@@ -63,6 +65,36 @@ Stream ti_stream() {
     for (int k = 0; k < 6; ++k) put_le(out, static_cast<std::uint32_t>(rng.below(50000)));
     while ((out.size() - start) % 32 != 0) out.push_back(15);
     store_le(static_cast<std::uint32_t>(out.size() - start), &out[start + 12]);
+  }
+  return out;
+}
+
+/// Frames of 3D people counting, 150 compressed points each, behind the demo's header or, with
+/// `checked`, behind one of 48 bytes with a checksum.
+Stream people_stream(bool checked) {
+  Rng rng(6);
+  Stream out;
+  for (std::uint32_t i = 1; i <= 300; ++i) {
+    const std::size_t start = out.size();
+    out.insert(out.end(), kTiMagic.begin(), kTiMagic.end());
+    if (checked) {
+      for (const std::uint32_t word : {0x03020004U, 0U, 0xA6843U, i, 0U, 11U, 2500U, 900U, 4U, 1U})
+        put_le(out, word);
+    } else {
+      for (const std::uint32_t word : {0x03060000U, 0U, 0xA6843U, i, 20'000'000 * i, 150U, 1U, 0U})
+        put_le(out, word);
+    }
+    const std::uint32_t length = 20 + 150 * 8;
+    put_le(out, checked ? 6U : 1020U);
+    put_le(out, checked ? length + 8 : length);
+    for (const float unit : {0.01F, 0.01F, 0.05F, 0.00025F, 0.04F}) put_le(out, unit);
+    for (int k = 0; k < 150 * 4; ++k) put_le(out, static_cast<std::uint16_t>(rng.below(60'000)));
+    while ((out.size() - start) % 32 != 0) out.push_back(15);
+    store_le(static_cast<std::uint32_t>(out.size() - start), &out[start + 12]);
+    if (!checked) continue;
+    std::uint32_t sum = 0;
+    for (std::size_t k = 0; k < 46; k += 2) sum += load_le<std::uint16_t>(&out[start + k]);
+    store_le(static_cast<std::uint16_t>(~((sum >> 16) + (sum & 0xFFFF))), &out[start + 46]);
   }
   return out;
 }
@@ -127,6 +159,53 @@ Stream capsule_stream(std::size_t contents) {
   return out;
 }
 
+Stream ultra_dense_stream() {
+  Rng rng(7);
+  Stream out;
+  for (unsigned i = 0; i < 5000; ++i) {
+    Stream capsule(170);
+    for (auto& byte : capsule) byte = static_cast<std::uint8_t>(rng());
+    store_le(static_cast<std::uint16_t>(i * 640 % (360 * 64)), &capsule[8]);
+    unsigned sum = 0;
+    for (std::size_t k = 2; k < capsule.size(); ++k) sum ^= capsule[k];
+    capsule[0] = static_cast<std::uint8_t>(0xA0 | (sum & 15));
+    capsule[1] = static_cast<std::uint8_t>(0x50 | sum >> 4);
+    out.insert(out.end(), capsule.begin(), capsule.end());
+  }
+  return out;
+}
+
+Stream hq_stream() {
+  Rng rng(8);
+  Stream out;
+  for (unsigned i = 0; i < 1000; ++i) {
+    Stream capsule(777);
+    for (auto& byte : capsule) byte = static_cast<std::uint8_t>(rng());
+    capsule[0] = 0xA5;
+    capsule.resize(780, 0);
+    const std::uint32_t sum = wayfare::decode::detail::crc32(capsule);
+    capsule.resize(781);
+    store_le(sum, &capsule[777]);
+    out.insert(out.end(), capsule.begin(), capsule.end());
+  }
+  return out;
+}
+
+/// Raw readings and temperatures of an MTi.
+Stream raw_stream() {
+  Rng rng(9);
+  Stream out;
+  for (std::uint32_t i = 0; i < 10'000; ++i) {
+    Stream data = {0xA0, 0x10, 20};
+    for (int k = 0; k < 10; ++k) put_be(data, static_cast<std::uint16_t>(rng.below(65'536)));
+    data.insert(data.end(), {0xA0, 0x20, 6, 1, 2, 3, 4, 5, 6});
+    Stream message(data.size() + 7);
+    message.resize(write_xbus(0xFF, XbusId::mt_data2, data, message));
+    out.insert(out.end(), message.begin(), message.end());
+  }
+  return out;
+}
+
 /// Feeds the stream in pieces.
 template <class Decoder, class Sink>
 void run(benchmark::State& state, const Stream& stream, Decoder& decoder, Sink&& sink) {
@@ -138,10 +217,10 @@ void run(benchmark::State& state, const Stream& stream, Decoder& decoder, Sink&&
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(stream.size()));
 }
 
-void ti_frames(benchmark::State& state) {
+void ti_frames(benchmark::State& state, const Stream& stream) {
   const auto decoder = std::make_unique<TiDecoder>();
   float sum = 0.0F;
-  run(state, ti_stream(), *decoder, [&](const TiFrame& f) {
+  run(state, stream, *decoder, [&](const TiFrame& f) {
     for (std::size_t i = 0; i < f.size(); ++i) {
       const TiPoint p = f[i];
       sum += p.x_m + p.y_m + p.z_m + p.doppler_mps + static_cast<float>(p.snr_ddb);
@@ -165,6 +244,16 @@ void xbus_samples(benchmark::State& state) {
     const auto s = mt_sample(m.data());
     if (s && s->acceleration_mps2 && s->rate_radps)
       sum += s->acceleration_mps2->x() + s->rate_radps->z();
+  });
+  benchmark::DoNotOptimize(sum);
+}
+
+void xbus_raw(benchmark::State& state) {
+  const auto decoder = std::make_unique<XbusDecoder>();
+  double sum = 0.0;
+  run(state, raw_stream(), *decoder, [&](const XbusMessage& m) {
+    const MtRawReadings r = mt_raw_readings(m.data());
+    if (r.counts && r.gyro_temperature_c) sum += r.counts->gyroscope[1] + r.gyro_temperature_c->x();
   });
   benchmark::DoNotOptimize(sum);
 }
@@ -258,11 +347,14 @@ void plain_nodes(benchmark::State& state) {
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(stream.size()));
 }
 
-BENCHMARK(ti_frames)->Name("ti_frames/wayfare");
+BENCHMARK_CAPTURE(ti_frames, demo, ti_stream())->Name("ti_frames/wayfare");
+BENCHMARK_CAPTURE(ti_frames, people, people_stream(false))->Name("ti_people/wayfare");
+BENCHMARK_CAPTURE(ti_frames, checked, people_stream(true))->Name("ti_people_48/wayfare");
 BENCHMARK(plain_ti)->Name("ti_frames/plain");
 BENCHMARK(xbus_messages)->Name("xbus_messages/wayfare");
 BENCHMARK(plain_xbus)->Name("xbus_messages/plain");
 BENCHMARK(xbus_samples)->Name("xbus_samples/wayfare");
+BENCHMARK(xbus_raw)->Name("xbus_raw/wayfare");
 BENCHMARK_CAPTURE(rplidar, node, node_stream(), RplidarResponse::node)
     ->Name("rplidar_nodes/wayfare");
 BENCHMARK(plain_nodes)->Name("rplidar_nodes/plain");
@@ -272,5 +364,9 @@ BENCHMARK_CAPTURE(rplidar, ultra, capsule_stream(128), RplidarResponse::ultra)
     ->Name("rplidar_ultra/wayfare");
 BENCHMARK_CAPTURE(rplidar, dense, capsule_stream(80), RplidarResponse::dense)
     ->Name("rplidar_dense/wayfare");
+
+BENCHMARK_CAPTURE(rplidar, ultra_dense, ultra_dense_stream(), RplidarResponse::ultra_dense)
+    ->Name("rplidar_ultra_dense/wayfare");
+BENCHMARK_CAPTURE(rplidar, hq, hq_stream(), RplidarResponse::hq)->Name("rplidar_hq/wayfare");
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace wayfare::examples {
 
-Table rplidar_table(decode::Bytes capture, const RplidarTableOptions& options) {
+Table rplidar_table(const Capture& capture, const RplidarTableOptions& options) {
   Csv csv("t_s,turn,angle_deg,distance_m,quality,start_of_turn");
   decode::RplidarUnpacker unpacker;
   decode::RplidarSampleRate rate{500, 250};
@@ -26,8 +26,8 @@ Table rplidar_table(decode::Bytes capture, const RplidarTableOptions& options) {
                              : node                  ? rate.standard_us
                                                      : rate.express_us;
     const Duration sample = from_seconds(1e-6 * sample_us);
-    const auto end = static_cast<double>(packet.position() + packet.bytes().size());
-    const LogTime last = LogTime::from_seconds(10.0 * end / options.baud) -
+    const std::uint64_t end = packet.position() + packet.bytes().size();
+    const LogTime last = capture.arrival(end, options.baud) -
                          decode::rplidar_delay(packet.response(), sample, options.baud);
     unpacker.add(packet, [&](std::span<const decode::RplidarPoint> found) {
       points += found.size();
@@ -41,8 +41,8 @@ Table rplidar_table(decode::Bytes capture, const RplidarTableOptions& options) {
       }
     });
   };
-  const auto statistics =
-      decode_all<decode::RplidarDecoder>(capture, take, decode::RplidarFraming(options.inside));
+  const auto statistics = decode_all<decode::RplidarDecoder>(
+      capture.view(), take, decode::RplidarFraming(options.inside));
   return {std::move(csv).take(), statistics,
           std::to_string(points) + " points in " + std::to_string(revolutions) +
               " revolutions, after " + std::to_string(descriptors) + " descriptors"};

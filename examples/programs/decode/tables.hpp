@@ -9,9 +9,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/time.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
@@ -65,7 +67,8 @@ class Csv {
 struct Table {
   std::string csv;
   decode::DecoderStatistics statistics;
-  std::string contents;  ///< "100 frames with 15857 points"
+  std::string contents;      ///< "100 frames with 15857 points"
+  std::string refused = {};  ///< why the last bytes that begin like a frame are none
 };
 
 /// Passes the messages of a capture to `sink`. A decoder is too large for the stack.
@@ -77,6 +80,28 @@ decode::DecoderStatistics decode_all(decode::Bytes capture, const Sink& sink, Fr
   return decoder->statistics();
 }
 
+/// The bytes of a device, and when they were read, where they are from a recording.
+struct Capture {
+  struct Arrival {
+    std::uint64_t end = 0;  ///< bytes up to here had arrived
+    LogTime time;
+  };
+  std::string bytes;
+  std::vector<Arrival> arrivals;
+
+  [[nodiscard]] decode::Bytes view() const {
+    return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+  }
+  /// When byte `end - 1` had arrived, by the recording or else by a line of `baud`.
+  [[nodiscard]] LogTime arrival(std::uint64_t end, double baud) const;
+};
+
+/// A capture, plain or gzip, or what a device sent in a logger's recording (.mcap): the channel of
+/// bytes named `topic`, or the only one of a device of `kind`. `damage` describes faults of the
+/// file.
+[[nodiscard]] Result<Capture> read_capture(const std::string& path, const std::string& topic,
+                                           const std::string& kind, std::string& damage);
+
 struct RplidarTableOptions {
   decode::RplidarResponse inside = decode::RplidarResponse::none;  ///< answer in which it begins
   double baud = 115200.0;
@@ -85,8 +110,27 @@ struct RplidarTableOptions {
 
 /// One line per point. `doppler_step_mps` is the speed of one Doppler bin, for frames before SDK 3.
 [[nodiscard]] Table ti_table(decode::Bytes capture, std::optional<double> doppler_step_mps);
-/// One line per point. Times are computed from the position in the capture and the line's rate.
-[[nodiscard]] Table rplidar_table(decode::Bytes capture, const RplidarTableOptions& options);
+/// One line per point. Times are computed from the position in the capture and the line's rate, or
+/// from a recording's times of arrival.
+[[nodiscard]] Table rplidar_table(const Capture& capture, const RplidarTableOptions& options);
+/// Tables of what a TI radar sends besides points.
+enum class TiTable {
+  points,       ///< as ti_table
+  frames,       ///< one line per frame, also of empty ones: statistics, temperatures
+  profiles,     ///< one line per range bin
+  doppler_map,  ///< one line per range and Doppler bin
+  azimuth_map,  ///< one line per range bin and antenna
+  targets,      ///< one line per tracked target
+};
+[[nodiscard]] Table ti_other_table(decode::Bytes capture, TiTable table);
+/// Tables of what an Xsens unit sends besides samples.
+enum class XsensTable {
+  samples,     ///< as xsens_table
+  gnss,        ///< one line per solution of its receiver
+  satellites,  ///< one line per satellite of a message
+  raw,         ///< one line per message with uncalibrated readings
+};
+[[nodiscard]] Table xsens_other_table(decode::Bytes capture, XsensTable table);
 /// One line per NAV-PVT, RXM-SFRBX, and measurement of RXM-RAWX; other messages are counted.
 [[nodiscard]] Table ubx_table(decode::Bytes capture);
 /// One line per GGA and RMC sentence; other sentences are counted.

@@ -22,12 +22,9 @@ void add_point(const decode::TiFrame& frame, std::size_t i, const std::string& t
   } else {
     csv.empty();
   }
-  if (frame.has_side_info()) {
-    csv.field(p.snr_ddb / 10.0).field(p.noise_ddb / 10.0);
-  } else {
-    csv.empty(2);
-  }
-  if (frame.header().major() < 3) {
+  frame.has_strength() ? csv.field(p.snr_ddb / 10.0) : csv.empty();
+  frame.has_noise() ? csv.field(p.noise_ddb / 10.0) : csv.empty();
+  if (frame.encoding() == decode::TiPoints::fixed) {
     csv.field(p.range_bin).field(p.doppler_bin).field(p.peak);
   } else {
     csv.empty(3);
@@ -41,13 +38,20 @@ Table ti_table(decode::Bytes capture, std::optional<double> doppler_step_mps) {
       "frame,sensor_t_s,point,x_m,y_m,z_m,doppler_mps,snr_db,noise_db,range_bin,doppler_bin,peak");
   decode::TiClock clock;
   std::size_t points = 0;
-  const auto statistics = decode_all<decode::TiDecoder>(capture, [&](const decode::TiFrame& frame) {
-    const std::string time = io::format_nanoseconds(clock.at(frame.header()).nanoseconds());
+  const auto decoder = std::make_unique<decode::TiDecoder>();
+  const auto take = [&](const decode::TiFrame& frame) {
+    const std::string time = frame.header().has_clock()
+                                 ? io::format_nanoseconds(clock.at(frame.header()).nanoseconds())
+                                 : std::string();
     for (std::size_t i = 0; i < frame.size(); ++i) add_point(frame, i, time, doppler_step_mps, csv);
     points += frame.size();
-  });
+  };
+  decoder->feed(capture, take);
+  decoder->finish(take);
+  const decode::DecoderStatistics& statistics = decoder->statistics();
   return {std::move(csv).take(), statistics,
-          std::to_string(statistics.frames) + " frames with " + std::to_string(points) + " points"};
+          std::to_string(statistics.frames) + " frames with " + std::to_string(points) + " points",
+          to_string(decoder->framing().refusal())};
 }
 
 }  // namespace wayfare::examples

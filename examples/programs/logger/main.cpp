@@ -1,5 +1,6 @@
 // Records several devices. Ends on SIGINT, SIGTERM, or the remote command T.
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -14,8 +15,11 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
+#include <wayfare/core/angle.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/logger.hpp>
 
@@ -81,6 +85,21 @@ std::optional<std::string> set_bytes(const Json& v, std::vector<std::uint8_t>& t
   return std::nullopt;
 }
 
+/// Position in metres, then yaw, pitch and roll in degrees, applied in this order.
+std::optional<std::string> set_mounting(const Json& v, std::optional<SE3d>& to) {
+  const bool six = v.is_array() && v.size() == 6 &&
+                   std::all_of(v.begin(), v.end(), [](const Json& x) { return x.is_number(); });
+  if (!six) return "must be [x, y, z, yaw_deg, pitch_deg, roll_deg]";
+  Eigen::Matrix<double, 6, 1> n;
+  for (int i = 0; i < 6; ++i) n[i] = v[static_cast<std::size_t>(i)].get<double>();
+  const auto turn = [&](int i, const Eigen::Vector3d& axis) {
+    return SO3d::exp(Angle::degrees(n[i]).radians() * axis);
+  };
+  to = SE3d(n.head<3>(), turn(3, Eigen::Vector3d::UnitZ()) * turn(4, Eigen::Vector3d::UnitY()) *
+                             turn(5, Eigen::Vector3d::UnitX()));
+  return std::nullopt;
+}
+
 /// Calls the setter of each key of `json`.
 Result<void> apply(const Json& json, const Setters& setters, const std::string& where,
                    const std::string& path) {
@@ -104,6 +123,8 @@ Result<logger::SensorOptions> read_sensor(const Json& json, const std::string& p
                            {"port", text(s.port)},
                            {"baud", rate(s.device.baud)},
                            {"configuration", text(file)},
+                           {"command_port", text(s.command_port)},
+                           {"mounting", [&](const Json& v) { return set_mounting(v, s.mounting); }},
                            {"dtr", [&](const Json& v) { return set_dtr(v, s.dtr); }},
                            {"mode", text(s.mode)},
                            {"request", [&](const Json& v) { return set_bytes(v, s.request); }}},
@@ -141,6 +162,7 @@ Result<logger::LoggerOptions> read_logger_config(const std::string& path) {
       json,
       {{"folder", text(o.folder)},
        {"prefix", text(o.prefix)},
+       {"base_frame", text(o.base_frame)},
        {"flush_s", duration(0.001, o.flush_every)},
        {"sync_s", duration(0.0, o.sync_every)},
        {"rotate_mb",
@@ -179,7 +201,7 @@ std::string example_logger_config() {
   "sensors": [
     {"name": "radar", "kind": "ti_mmwave", "port": "/dev/ttyACM1", "baud": 921600},
     {"name": "lidar", "kind": "rplidar", "port": "/dev/ttyUSB0", "baud": 115200,
-     "mode": "typical"},
+     "mode": "typical", "mounting": [0.1, 0.0, 0.3, 180.0, 0.0, 0.0]},
     {"name": "imu", "kind": "xsens", "port": "/dev/ttyUSB1", "baud": 115200}
   ]
 }

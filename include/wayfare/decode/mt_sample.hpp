@@ -16,6 +16,7 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
+#include <wayfare/decode/mt_raw.hpp>
 #include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::decode {
@@ -32,6 +33,9 @@ struct MtSample {
   std::optional<std::uint16_t> packet_counter;    ///< wraps around after 65 535
   std::optional<std::uint32_t> sample_time_fine;  ///< 0.1 ms; wraps around at 2³² or after a day
   std::optional<std::uint32_t> sample_time_coarse;        ///< s
+  std::optional<std::uint64_t> sample_time_64;            ///< in the device's unit
+  std::optional<std::uint32_t> frame_counter,             ///< of 32 bits
+      itow_ms;                                            ///< time of the GPS week
   std::optional<MtUtc> utc;                               ///< of the sample
   std::optional<std::uint8_t> status_byte;                ///< bits as sent
   std::optional<std::uint32_t> status_word;               ///< bits as sent
@@ -57,7 +61,8 @@ struct MtSample {
   std::optional<MtGnss> gnss;                      ///< of the receiver
   std::optional<std::int8_t> rssi_dbm;             ///< signal strength of a wireless tracker
   MtFrame frame = MtFrame::enu;                    ///< of the orientation, acceleration or velocity
-  std::uint16_t unknown = 0;                       ///< packets of another id or of a wrong length
+  /// Packets of another id or of a wrong length. Those of `mt_raw.hpp` are not among them.
+  std::uint16_t unknown = 0;
 };
 
 namespace detail {
@@ -113,7 +118,10 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
   if (kind == 0xE010) return take(p, s.status_byte);
   if (kind == 0xE020) return take(p, s.status_word);
   if (kind == 0xE040) return take(p, s.rssi_dbm);
-  return false;
+  if (kind == 0x1030) return take(p, s.itow_ms);
+  if (kind == 0x10A0) return take(p, s.sample_time_64);
+  if (kind == 0x10B0) return take(p, s.frame_counter);
+  return is_raw_packet(kind, p.data.size());
 }
 
 [[nodiscard]] inline bool has_frame(std::uint16_t kind) {
@@ -188,14 +196,6 @@ struct MtLegacyLayout {
   [[nodiscard]] MtPrecision precision() const {
     return static_cast<MtPrecision>(settings >> 8 & 3);
   }
-};
-
-/// Raw readings of the converters, uncalibrated.
-struct MtRaw {
-  Eigen::Matrix<std::uint16_t, 3, 1> accelerometer,  ///< counts
-      gyroscope,                                     ///< counts
-      magnetometer;                                  ///< counts
-  std::uint16_t temperature = 0;                     ///< counts
 };
 
 /// A legacy message: the calibrated parts in the same form as of MTData2.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/decode/detail/crc32.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 
@@ -42,8 +43,7 @@ class RplidarPacket {
 
 /// Whether a response is an endless sequence of nodes or capsules.
 [[nodiscard]] constexpr bool is_rplidar_scan(RplidarResponse response) {
-  using enum RplidarResponse;
-  return response == node || response == express || response == ultra || response == dense;
+  return rplidar_packet_bytes(response) != 0;
 }
 
 /// Whether five bytes are a possible node: start bit and its inverse, check bit, angle below 360°.
@@ -57,6 +57,15 @@ class RplidarPacket {
   for (const std::uint8_t byte : b.subspan(2)) sum ^= byte;
   return b[0] >> 4 == 0xA && b[1] >> 4 == 0x5 &&
          sum == static_cast<unsigned>((b[0] & 0xF) | (b[1] & 0xF) << 4);
+}
+
+/// Whether a whole HQ capsule begins with its sync byte and ends with the CRC-32 of what precedes,
+/// filled up to whole words.
+[[nodiscard]] inline bool is_rplidar_hq_capsule(Bytes b) {
+  constexpr std::size_t kChecked = rplidar_packet_bytes(RplidarResponse::hq) - 4;
+  constexpr std::array<std::uint8_t, 3> kFill{};
+  const std::uint32_t sum = detail::crc32(kFill, detail::crc32(b.first(kChecked)));
+  return b[0] == 0xA5 && sum == load_le<std::uint32_t>(&b[kChecked]);
 }
 
 /// Angle of a possible node, 1/64°.
@@ -129,8 +138,8 @@ inline constexpr std::size_t kRplidarChain = 12;
 /// nodes, three to twelve, is chosen.
 class RplidarFraming {
  public:
-  using Message = RplidarPacket;                 ///< a descriptor, response, node or capsule
-  static constexpr std::size_t kCapacity = 256;  ///< bytes, more than the longest packet
+  using Message = RplidarPacket;                  ///< a descriptor, response, node or capsule
+  static constexpr std::size_t kCapacity = 1024;  ///< bytes, more than the longest packet
 
   RplidarFraming() = default;
   /// For streams that begin inside a response of nodes or capsules; others are searched for a
@@ -151,7 +160,7 @@ class RplidarFraming {
 
   /// What begins at the front of the stream.
   Look look(const Front& front, DecoderStatistics& statistics) {
-    examined_ += std::min<std::size_t>(front.bytes.size(), kCapacity);
+    examined_ += std::min<std::size_t>(front.bytes.size(), kSearched);
     is_descriptor_ = false;
     switch (response_) {
       case RplidarResponse::none:
@@ -163,6 +172,10 @@ class RplidarFraming {
         return look_for_capsule(front, 84, statistics);
       case RplidarResponse::ultra:
         return look_for_capsule(front, 132, statistics);
+      case RplidarResponse::ultra_dense:
+        return look_for_capsule(front, 170, statistics);
+      case RplidarResponse::hq:
+        return look_for_hq_capsule(front, statistics);
       default:
         return take_reply(front);
     }
@@ -181,6 +194,7 @@ class RplidarFraming {
  private:
   static constexpr std::size_t kNode = 5, kChain = kRplidarChain, kLeastChain = 3;
   static constexpr std::size_t kWindow = kNode * kChain + 4;  ///< twelve nodes at five offsets
+  static constexpr std::size_t kSearched = 256;  ///< bytes in which a descriptor is searched for
 
   void expect(RplidarResponse response, std::uint32_t length = 0) {
     response_ = response;
@@ -210,7 +224,7 @@ class RplidarFraming {
   }
 
   Look look_for_descriptor(const Front& front) {
-    const Bytes b = front.bytes.first(std::min(front.bytes.size(), kCapacity));
+    const Bytes b = front.bytes.first(std::min(front.bytes.size(), kSearched));
     const std::size_t at = find_descriptor(b, front.ended);
     if (at != 0) return Look::skip(at);
     if (const auto d = rplidar_descriptor(b)) return take_descriptor(*d);
@@ -261,6 +275,20 @@ class RplidarFraming {
     if (b.size() < size) return Look::need(size);
     delivered_ = response_;
     if (is_rplidar_capsule(b.first(size))) return Look::frame(size);
+    ++statistics.checksum_failures;
+    return Look::skip(1);
+  }
+
+  Look look_for_hq_capsule(const Front& front, DecoderStatistics& statistics) {
+    const Bytes b = front.bytes;
+    if (b[0] != 0xA5) return Look::skip(bytes_before(b, 0xA5));
+    if (b.size() < RplidarDescriptor::kBytes) return Look::need(RplidarDescriptor::kBytes);
+    if (const auto d = rplidar_descriptor(b)) return take_descriptor(*d);
+    constexpr std::size_t kBytes = rplidar_packet_bytes(RplidarResponse::hq);
+    if (b.size() < kBytes) return Look::need(kBytes);
+    examined_ += kBytes;
+    delivered_ = response_;
+    if (is_rplidar_hq_capsule(b.first(kBytes))) return Look::frame(kBytes);
     ++statistics.checksum_failures;
     return Look::skip(1);
   }

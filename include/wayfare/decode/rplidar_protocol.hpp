@@ -17,7 +17,7 @@ namespace wayfare::decode {
 
 /// Bytes to send, all within five seconds.
 struct RplidarRequest {
-  std::array<std::uint8_t, 16> content{};  ///< the first `size` are sent
+  std::array<std::uint8_t, 64> content{};  ///< the first `size` are sent
   std::size_t size = 0;                    ///< bytes
 
   /// What to send.
@@ -97,10 +97,30 @@ enum class RplidarResponse : std::uint8_t {
   conf_set = 0x21,     ///< a setting was changed
   node = 0x81,         ///< one measurement
   express = 0x82,      ///< capsule of 32 measurements
+  hq = 0x83,           ///< capsule of 96 measurements with quality, and a time
   ultra = 0x84,        ///< capsule of 96 measurements
   dense = 0x85,        ///< capsule of 40 measurements
+  ultra_dense = 0x86,  ///< capsule of 64 measurements with quality, and a time
   board_flags = 0xFF,  ///< features of the adapter board
 };
+
+/// Bytes of a node or capsule; 0 for other responses.
+[[nodiscard]] constexpr std::size_t rplidar_packet_bytes(RplidarResponse response) {
+  constexpr std::array<std::uint16_t, 6> kBytes = {5, 84, 781, 132, 84, 170};  // from node on
+  const auto i =
+      static_cast<std::size_t>(response) - static_cast<std::size_t>(RplidarResponse::node);
+  return i < kBytes.size() ? kBytes[i] : 0;
+}
+
+/// Measurements in a node or capsule; 0 for other responses.
+[[nodiscard]] constexpr int rplidar_packet_points(RplidarResponse response) {
+  using enum RplidarResponse;
+  if (response == node) return 1;
+  if (response == express) return 32;
+  if (response == dense) return 40;
+  if (response == ultra_dense) return 64;
+  return response == ultra || response == hq ? 96 : 0;
+}
 
 /// The seven bytes in front of a response.
 struct RplidarDescriptor {
@@ -118,7 +138,7 @@ struct RplidarDescriptor {
     std::uint32_t least, most;  ///< length
   };
   using enum RplidarResponse;
-  constexpr std::array<Known, 10> kKnown = {{{info, false, 20, 20},
+  constexpr std::array<Known, 12> kKnown = {{{info, false, 20, 20},
                                              {health, false, 3, 3},
                                              {sample_rate, false, 4, 4},
                                              {conf, false, 4, 255},
@@ -127,7 +147,9 @@ struct RplidarDescriptor {
                                              {node, true, 5, 5},
                                              {express, true, 84, 84},
                                              {dense, true, 84, 84},
-                                             {ultra, true, 132, 132}}};
+                                             {ultra, true, 132, 132},
+                                             {ultra_dense, true, 170, 170},
+                                             {hq, true, 781, 781}}};
   return std::any_of(kKnown.begin(), kKnown.end(), [&](const Known& k) {
     return d.response == k.response && d.stream == k.stream && d.length >= k.least &&
            d.length <= k.most;

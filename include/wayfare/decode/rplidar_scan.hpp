@@ -16,93 +16,16 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/decode/detail/rplidar_capsules.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/decode/rplidar_point.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/sensors/scans.hpp>
 
 namespace wayfare::decode {
 
-/// One measurement. Angles grow clockwise seen from above.
-struct RplidarPoint {
-  std::uint16_t angle_q6 = 0;        ///< 1/64°, below 360°
-  std::uint32_t distance_q2 = 0;     ///< 1/4 mm; 0: no return
-  std::uint8_t quality = 0;          ///< of the echo, 0 to 63; not in capsules
-  bool start_of_revolution = false;  ///< first of it
-
-  [[nodiscard]] double angle_deg() const { return angle_q6 / 64.0; }        ///< clockwise
-  [[nodiscard]] double distance_m() const { return distance_q2 / 4000.0; }  ///< 0: no return
-  /// In the unit of newer devices and the maker's library: 90° are 2^14.
-  [[nodiscard]] std::uint16_t angle_z_q14() const {
-    return static_cast<std::uint16_t>((std::uint32_t{angle_q6} << 8) / 90U);
-  }
-  bool operator==(const RplidarPoint&) const = default;  ///< of all values
-};
-
-/// The point of a node: five bytes that satisfy `is_rplidar_node`.
-[[nodiscard]] inline RplidarPoint rplidar_node(Bytes b) {
-  return {static_cast<std::uint16_t>(b[1] >> 1 | b[2] << 7), load_le<std::uint16_t>(&b[3]),
-          static_cast<std::uint8_t>(b[0] >> 2), (b[0] & 1) != 0};
-}
-
-namespace detail {
-
-/// Angles of a capsule's points: evenly spaced from its start to the next one's.
-struct CapsuleAngles {
-  static constexpr int kTurn_q6 = 360 * 64, kTurn_q16 = 360 << 16;
-  int angle_q16 = 0, step_q16 = 0;
-
-  CapsuleAngles(int start_q6, int next_q6, int points) : angle_q16(start_q6 % kTurn_q6 << 10) {
-    const int span_q6 = next_q6 % kTurn_q6 - start_q6 % kTurn_q6;
-    step_q16 = ((span_q6 + (span_q6 < 0 ? kTurn_q6 : 0)) << 10) / points;
-  }
-  /// The next point, `offset_q16` before its nominal angle. Written in place: copying a returned
-  /// one in wide loads would wait for its narrow stores (no store forwarding).
-  void next(RplidarPoint& point, std::uint32_t distance_q2, int offset_q16) {
-    int q16 = angle_q16 - offset_q16;
-    q16 += q16 < 0 ? kTurn_q16 : 0;
-    q16 -= q16 >= kTurn_q16 ? kTurn_q16 : 0;
-    angle_q16 += step_q16;
-    const bool start = angle_q16 >= kTurn_q16;
-    angle_q16 -= start ? kTurn_q16 : 0;
-    constexpr std::uint8_t kNoQuality = 0x2F;
-    point.angle_q6 = static_cast<std::uint16_t>(q16 >> 10);
-    point.distance_q2 = distance_q2;
-    point.quality = distance_q2 != 0 ? kNoQuality : std::uint8_t{0};
-    point.start_of_revolution = start;
-  }
-};
-
-/// A distance of the ultra capsule: the resolution decreases with distance.
-struct VariableScale {
-  int value = 0, level = 0;
-
-  explicit VariableScale(int code) {
-    constexpr std::array<std::array<int, 3>, 5> kScales = {
-        {{3328, 1 << 14, 4}, {1792, 1 << 12, 3}, {1280, 1 << 11, 2}, {512, 1 << 9, 1}, {0, 0, 0}}};
-    for (const auto& [from, base, bits] : kScales) {
-      if (code < from) continue;
-      level = bits;
-      value = base + ((code - from) << bits);
-      return;
-    }
-  }
-};
-
-/// Angle error of near points due to the beam's offset from the axis (ultra), degrees · 2^16.
-[[nodiscard]] inline int ultra_offset_q16(std::uint32_t distance_q2) {
-  constexpr double kPi = 3.1415926535;
-  int radians_q16 = static_cast<int>(7.5 * kPi * (1 << 16) / 180.0);
-  if (distance_q2 >= 50 * 4) {
-    const int k = static_cast<int>(98361U / distance_q2);
-    radians_q16 = static_cast<int>(8.0 * kPi * (1 << 16) / 180.0) - (k << 6) - k * k * k / 98304;
-  }
-  return static_cast<int>(radians_q16 * 180 / 3.14159265);
-}
-
-}  // namespace detail
-
-/// Converts packets to points. A capsule's points need the start angle of the next one: they are
-/// delivered with it, and dropped where bytes were lost between the two.
+/// Converts packets to points. A capsule's points, except an HQ capsule's, need the start angle of
+/// the next one: they are delivered with it, and dropped where bytes were lost between the two.
 class RplidarUnpacker {
  public:
   /// Calls `sink(std::span<const RplidarPoint>)` where the packet completes points, at most 96.
@@ -110,14 +33,15 @@ class RplidarUnpacker {
   void add(const RplidarPacket& packet, Sink&& sink) {
     const Bytes b = packet.bytes();
     if (packet.is_descriptor()) return reset();
-    if (!is_rplidar_scan(packet.response())) return;
     if (packet.response() == RplidarResponse::node) {
       if (b.size() != 5) return;
       points_[0] = rplidar_node(b);
       return sink(std::span<const RplidarPoint>(points_.data(), 1));
     }
-    if (b.size() != (packet.response() == RplidarResponse::ultra ? 132U : 84U)) return;
-    const bool first = (b[3] & 0x80) != 0;  // the first after a start or a reset of the encoder
+    if (b.empty() || b.size() != rplidar_packet_bytes(packet.response())) return;
+    if (packet.response() == RplidarResponse::hq) return add_hq(b, sink);
+    // The first after a start or a reset of the encoder.
+    const bool first = (b[start_at(packet.response()) + 1] & 0x80) != 0;
     if (!first && length_ == b.size() && packet.position() == end_ &&
         packet.response() == response_)
       sink(std::span<const RplidarPoint>(points_.data(), unpack(b)));
@@ -127,16 +51,36 @@ class RplidarUnpacker {
     response_ = packet.response();
   }
 
-  void reset() { length_ = 0; }  ///< before another stream
+  /// Before another stream.
+  void reset() {
+    length_ = 0;
+    ultra_dense_ = {};
+  }
 
  private:
-  static int start_q6(const std::uint8_t* capsule) {
-    return (load_le<std::uint16_t>(capsule + 2) & 0x7FFF) % (360 * 64);
+  /// Byte of a capsule at which its start angle is.
+  static constexpr std::size_t start_at(RplidarResponse response) {
+    return response == RplidarResponse::ultra_dense ? 8 : 2;
+  }
+  static int start_q6(const std::uint8_t* capsule, std::size_t at = 2) {
+    return (load_le<std::uint16_t>(capsule + at) & 0x7FFF) % (360 * 64);
+  }
+
+  template <class Sink>
+  void add_hq(Bytes b, Sink& sink) {
+    length_ = 0;
+    std::array<RplidarPoint, 96> points;
+    for (std::size_t i = 0; i < points.size(); ++i) detail::hq_point(&b[9 + 8 * i], points[i]);
+    sink(std::span<const RplidarPoint>(points));
   }
 
   std::size_t unpack(Bytes next) {
     if (response_ == RplidarResponse::express) return unpack_express(next);
-    return response_ == RplidarResponse::dense ? unpack_dense(next) : unpack_ultra(next);
+    if (response_ == RplidarResponse::dense) return unpack_dense(next);
+    if (response_ == RplidarResponse::ultra) return unpack_ultra(next);
+    ultra_dense_.unpack(capsule_.data(), start_q6(capsule_.data(), 8), start_q6(next.data(), 8),
+                        points_.data());
+    return 64;
   }
 
   std::size_t unpack_express(Bytes next) {
@@ -151,7 +95,7 @@ class RplidarUnpacker {
     return 32;
   }
 
-  std::size_t unpack_dense(Bytes next) {
+  [[gnu::noinline]] std::size_t unpack_dense(Bytes next) {
     detail::CapsuleAngles angles(start_q6(capsule_.data()), start_q6(next.data()), 40);
     for (std::size_t i = 0; i < 40; ++i)
       angles.next(points_[i], std::uint32_t{load_le<std::uint16_t>(&capsule_[4 + 2 * i])} << 2, 0);
@@ -163,13 +107,13 @@ class RplidarUnpacker {
     for (std::size_t cabin = 0; cabin < 32; ++cabin) {
       const auto word = load_le<std::uint32_t>(&capsule_[4 + 4 * cabin]);
       const auto after = load_le<std::uint32_t>(cabin < 31 ? &capsule_[8 + 4 * cabin] : &next[4]);
-      const detail::VariableScale major(static_cast<int>(word & 0xFFFU));
-      const detail::VariableScale major2(static_cast<int>(after & 0xFFFU));
-      const auto& base1 = major.value == 0 && major2.value != 0 ? major2 : major;
+      const detail::VariableScale scale1(static_cast<int>(word & 0xFFFU));
+      const detail::VariableScale scale2(static_cast<int>(after & 0xFFFU));
+      const auto& base1 = scale1.value == 0 && scale2.value != 0 ? scale2 : scale1;
       const std::array<std::uint32_t, 3> distances = {
-          static_cast<std::uint32_t>(major.value) << 2,
+          static_cast<std::uint32_t>(scale1.value) << 2,
           predicted(static_cast<std::int32_t>(word << 10) >> 22, base1),
-          predicted(static_cast<std::int32_t>(word) >> 22, major2)};
+          predicted(static_cast<std::int32_t>(word) >> 22, scale2)};
       for (std::size_t i = 0; i < 3; ++i)
         angles.next(points_[3 * cabin + i], distances[i], detail::ultra_offset_q16(distances[i]));
     }
@@ -183,11 +127,12 @@ class RplidarUnpacker {
     return value > 0 ? static_cast<std::uint32_t>(value) << 2 : 0;
   }
 
-  std::array<std::uint8_t, 132> capsule_{};  ///< the previous one
+  std::array<std::uint8_t, 170> capsule_{};  ///< the previous one
   std::size_t length_ = 0;                   ///< its length, 0 for none
   std::uint64_t end_ = 0;
   RplidarResponse response_ = RplidarResponse::none;
   std::array<RplidarPoint, 96> points_{};
+  detail::UltraDensePoints ultra_dense_;
 };
 
 /// A point with the time it was measured at.
@@ -204,14 +149,14 @@ struct RplidarRevolution {
 };
 
 /// Time from the measurement of a packet's last point to the arrival of its last byte: half a
-/// sample, the time on the line (ten bits per byte), and for capsules, whose points are decoded
+/// sample, the time on the line (ten bits per byte), and for capsules whose points are decoded
 /// with the next one, the samples of that.
 [[nodiscard]] inline Duration rplidar_delay(RplidarResponse response, Duration sample,
                                             double baud) {
-  const bool node = response == RplidarResponse::node, ultra = response == RplidarResponse::ultra;
-  const int points = ultra ? 96 : response == RplidarResponse::dense ? 40 : 32;
-  const double bits = 10.0 * (node ? 5 : ultra ? 132 : 84);
-  return sample / 2 + from_seconds(bits / baud) + (node ? Duration(0) : sample * points);
+  const bool at_once = response == RplidarResponse::node || response == RplidarResponse::hq;
+  const double bits = 10.0 * static_cast<double>(rplidar_packet_bytes(response));
+  return sample / 2 + from_seconds(bits / baud) +
+         (at_once ? Duration(0) : sample * rplidar_packet_points(response));
 }
 
 /// Whether a point begins a revolution: it has the mark of a start, and is within 45° of ahead.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
@@ -15,10 +16,13 @@ namespace wayfare::decode {
 /// As `to_laser_scan`, with the times of the beams: evenly spaced bearings up to 0, ahead, where a
 /// revolution begins and ends. The laser turns clockwise: the last beam is measured first. The
 /// scan's time is that of its middle, by the times and angles of the first and the last point;
-/// where these are no quarter of a turn apart, all beams are of the first point's.
+/// where these are no quarter of a turn apart, all beams are of the first point's. `qualities`, if
+/// given, becomes the quality of each beam's point, 0 without one.
 [[nodiscard]] inline LaserScan to_laser_sweep(const RplidarRevolution& revolution,
-                                              const RplidarScanOptions& options = {}) {
+                                              const RplidarScanOptions& options = {},
+                                              std::vector<float>* qualities = nullptr) {
   LaserScan scan;
+  if (qualities != nullptr) qualities->assign(options.beams, 0.0F);
   scan.min_range_m = options.min_range_m;
   scan.max_range_m = options.max_range_m;
   if (options.beams == 0 || revolution.points.empty()) return scan;
@@ -42,7 +46,9 @@ namespace wayfare::decode {
         !(beam >= 0.0 && beam <= last))
       continue;
     float& kept = scan.ranges_m[static_cast<std::size_t>(beam)];
-    if (!(kept <= range)) kept = range;
+    if (kept <= range) continue;
+    kept = range;
+    if (qualities != nullptr) (*qualities)[static_cast<std::size_t>(beam)] = point.quality;
   }
   scan.time = revolution.points.front().time;
   const double first_deg = turned_deg(0), span_deg = turned_deg(n - 1) - first_deg;

@@ -19,14 +19,19 @@ namespace wayfare::decode {
 
 /// Message ids; the response to a request has the next number.
 enum class XbusId : std::uint8_t {
-  configuration = 0x0D,         ///< of a device and its trackers
-  goto_measurement = 0x10,      ///< request
-  goto_config = 0x30,           ///< request
-  mt_data = 0x32,               ///< legacy measurements
-  mt_data2 = 0x36,              ///< measurements
-  wake_up = 0x3E,               ///< the device has started
-  error = 0x42,                 ///< code in the data
-  output_configuration = 0xC1,  ///< what measurements contain
+  configuration = 0x0D,                 ///< of a device and its trackers
+  goto_measurement = 0x10,              ///< request
+  goto_config = 0x30,                   ///< request
+  mt_data = 0x32,                       ///< legacy measurements
+  mt_data2 = 0x36,                      ///< measurements
+  wake_up = 0x3E,                       ///< the device has started
+  error = 0x42,                         ///< code in the data
+  request_filter_profiles = 0x62,       ///< request: which there are
+  filter_profiles = 0x63,               ///< those there are
+  request_filter_profile = 0x64,        ///< request: with data to select one
+  filter_profile = 0x65,                ///< the selected one
+  request_output_configuration = 0xC0,  ///< request: with data to set it
+  output_configuration = 0xC1,          ///< what measurements contain
 };
 
 /// A message whose checksum is right. It refers to the decoder's bytes.

@@ -20,6 +20,7 @@
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/decode/xbus.hpp>
+#include <wayfare/logger/device_messages.hpp>
 #include <wayfare/logger/serial_port.hpp>
 #include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sync/clock_fit.hpp>
@@ -54,16 +55,29 @@ class TiStream {
   /// for every complete frame, with points or without.
   template <class Sink>
   void feed(decode::Bytes bytes, LogTime arrived, Sink&& sink) {
+    feed_frames(bytes, arrived, [&](const decode::TiFrame& frame, LogTime time) {
+      sink(decode::to_radar_scan(frame, time, speed_step_mps_));
+    });
+  }
+
+  /// The same, but calls `sink(const decode::TiFrame&, LogTime)`; the frame is valid until it
+  /// returns.
+  template <class Sink>
+  void feed_frames(decode::Bytes bytes, LogTime arrived, Sink&& sink) {
     fed_ += bytes.size();
     decoder_.feed(bytes, [&](const decode::TiFrame& frame) {
       const std::uint64_t end = frame.position() + frame.bytes().size();
       // The frame was sent when it was complete; bytes of the next may have arrived after its end.
       const LogTime sent = arrived - decode::line_time(fed_ - end + frame.bytes().size(), baud_);
-      sink(decode::to_radar_scan(frame, envelope_.add(clock_.at(frame.header()), sent),
-                                 speed_step_mps_));
+      const bool clock = frame.header().has_clock();
+      sink(frame, clock ? envelope_.add(clock_.at(frame.header()), sent) : sent);
     });
   }
 
+  /// As of `decode::to_radar_scan`.
+  [[nodiscard]] double speed_step_mps() const { return speed_step_mps_; }
+  /// The last bytes that are no frame though they begin like one.
+  [[nodiscard]] const decode::TiRefusal& refusal() const { return decoder_.framing().refusal(); }
   /// Counts of frames and of bytes that belong to none.
   [[nodiscard]] const decode::DecoderStatistics& statistics() const {
     return decoder_.statistics();
@@ -85,12 +99,14 @@ class XsensStream {
   /// The tracker's identifier, nothing for an MTi; the field in units of 49 µT over the field at
   /// the place of calibration.
   using Sink = std::function<void(std::optional<std::uint32_t> tracker, const MargSample& sample)>;
+  /// The same with what a message has besides, whenever there is something.
+  using StateSink = std::function<void(std::optional<std::uint32_t> tracker, const MtState& state)>;
 
   /// `baud` > 0 of the line.
   explicit XsensStream(int baud) : baud_(baud) {}
 
   /// Takes the next bytes, the last of which arrived at `arrived`.
-  void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink);
+  void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink, const StateSink& states = {});
 
   /// Counts of bytes and frames.
   [[nodiscard]] const decode::DecoderStatistics& statistics() const {
@@ -98,9 +114,11 @@ class XsensStream {
   }
 
  private:
-  void take(const decode::XbusMessage& message, LogTime sent, const Sink& sink);
-  void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink);
-  void take(const decode::MtSample& sample, LogTime sent, const Sink& sink);
+  void take(const decode::XbusMessage& message, LogTime sent, const Sink& sink,
+            const StateSink& states);
+  void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink,
+            const StateSink& states);
+  LogTime take(const decode::MtSample& sample, LogTime sent, const Sink& sink);
   void begin(double period_s);
 
   int baud_;
@@ -131,10 +149,11 @@ struct DecodedMessage {
 
 /// Results of decoding so far.
 struct DecodingStatus {
-  std::uint64_t messages = 0;       ///< decoded
+  std::uint64_t messages = 0;       ///< frames, revolutions or samples decoded
   std::uint64_t skipped_bytes = 0;  ///< that belong to no message
   std::uint64_t damaged = 0;        ///< frames with a wrong checksum or wrong lengths
-  std::string sample = {};          ///< summary of the last message
+  /// Summary of the last message; before the first, why what arrived is none, if that is known.
+  std::string sample = {};
   /// The last measurement as JSON, a few hundred bytes: of a unit `t` (s), `force` and `rate`; of a
   /// laser scan `t`, `from_deg`, `step_deg` and the ranges `cm`, of at most 72 sectors the nearest;
   /// of a radar `t` and the strongest points `cm` (x, y, cm/s). Of a station's trackers the first.

@@ -16,6 +16,7 @@
 
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/device_decoder.hpp>
@@ -48,13 +49,18 @@ struct SensorOptions {
   /// Of an RPLIDAR without a `request`: the scan mode in which it is started by its protocol (see
   /// decode::RplidarStart), or "listen" to send nothing.
   std::string mode = "typical";
+  std::optional<SE3d> mounting = {};  ///< pose in the frame `base_frame`, if it is known
+  /// Command port of a TI radar, at 115 200 bit/s: its configuration is sent whenever the port is
+  /// opened. Empty: the radar is configured otherwise.
+  std::string command_port = {};
 };
 
 /// Devices, files, intervals and remote control of a Logger.
 struct LoggerOptions {
-  std::vector<SensorOptions> sensors;  ///< at least one, with different names
-  std::string folder = ".";            ///< of the recordings; none is overwritten
-  std::string prefix = "recording";    ///< of their names
+  std::vector<SensorOptions> sensors;    ///< at least one, with different names
+  std::string folder = ".";              ///< of the recordings; none is overwritten
+  std::string prefix = "recording";      ///< of their names
+  std::string base_frame = "base_link";  ///< on which the sensors are mounted
   /// Interval of writing to the operating system: the greatest loss if the program is killed.
   Duration flush_every = std::chrono::milliseconds(100);
   /// Interval of flushing to the disk: the greatest loss in a power failure, besides the disk's
@@ -153,7 +159,7 @@ struct LoggerStatus {
 /// by its monotonic clock from then on, so that they never jump; /logger/clock has the computer's
 /// clock where a file begins and where that clock was set. For each sensor the recording has the
 /// channel /NAME/raw with its bytes and their times of reading, and the channels of decoded
-/// messages; and it has /logger/status.
+/// messages; it has /logger/status and, if a sensor's mounting is known, /tf_static.
 class Logger {
  public:
   /// Errors: no sensor, two with one name, an unknown kind, a control port that cannot be opened, a

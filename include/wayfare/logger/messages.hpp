@@ -9,6 +9,7 @@
 // A logger's recordings as measurements.
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,15 +31,19 @@ struct MessageSchema {
 /// foxglove.LaserScan, with the additional fields `range_min` and `range_max`; a beam without
 /// return is null.
 [[nodiscard]] MessageSchema laser_scan_schema();
-/// The message of a scan; `frame` is its frame_id.
-[[nodiscard]] std::string laser_scan_json(const LaserScan& scan, std::string_view frame);
+/// The message of a scan; `frame` is its frame_id. `intensities`: one for each beam, or none.
+[[nodiscard]] std::string laser_scan_json(const LaserScan& scan, std::string_view frame,
+                                          std::span<const float> intensities = {});
 /// The inverse. Error: text that is no such message.
 [[nodiscard]] Result<LaserScan> parse_laser_scan(std::string_view json);
 
-/// foxglove.PointCloud with the fields x, y, z, doppler (m/s) and snr (dB) as 32-bit floats.
+/// foxglove.PointCloud with the fields x, y, z, doppler (m/s), snr (dB) and, where the sensor sends
+/// it, noise (dB) as 32-bit floats.
 [[nodiscard]] MessageSchema point_cloud_schema();
-/// The message of a frame of points; `frame` is its frame_id.
-[[nodiscard]] std::string point_cloud_json(const RadarScan& scan, std::string_view frame);
+/// The message of a frame of points; `frame` is its frame_id. `noise_db`: one for each point, or
+/// none.
+[[nodiscard]] std::string point_cloud_json(const RadarScan& scan, std::string_view frame,
+                                           std::span<const float> noise_db = {});
 /// The inverse. Error: text that is no such message.
 [[nodiscard]] Result<RadarScan> parse_point_cloud(std::string_view json);
 
