@@ -51,6 +51,6 @@ class MonitorServer {
 };
 
 /// The page it serves, with all it needs.
-[[nodiscard]] const char* monitor_page();
+[[nodiscard]] const std::string& monitor_page();
 
 }  // namespace wayfare::examples

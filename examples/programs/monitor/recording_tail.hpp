@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include <wayfare/io/detail/descriptor.hpp>
+#include <wayfare/io/mcap.hpp>
+
+namespace wayfare::examples {
+
+/// A message and the name of its schema; `old` if it was written before the file was opened.
+using TailSink =
+    std::function<void(const io::McapMessage& message, const std::string& schema, bool old)>;
+
+/// The messages of a growing recording in the order of the file, each read once.
+class RecordingTail {
+ public:
+  explicit RecordingTail(std::string path) : path_(std::move(path)) {}
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  /// Passes on what was appended since the last call, up to about 8 MB. True if there is more.
+  bool poll(const TailSink& sink);
+  /// Of the messages read so far.
+  [[nodiscard]] const io::McapContents& contents() const { return contents_; }
+
+ private:
+  [[nodiscard]] bool open();
+  [[nodiscard]] bool read(std::uint64_t at, std::size_t size, std::string& to) const;
+  void take(const std::string& record, const TailSink& sink);
+  void describe(std::string_view records);
+
+  const std::string path_;
+  io::Descriptor file_;
+  std::uint64_t next_ = 0;       ///< position of the next record
+  std::uint64_t old_until_ = 0;  ///< size when the file was opened
+  bool ended_ = false;           ///< the summary follows, or the file is damaged
+  std::string described_;        ///< magic, and the records of schemas and channels so far
+  io::McapContents contents_;
+};
+
+}  // namespace wayfare::examples
