@@ -15,7 +15,8 @@ using nlohmann::json;
 using std::chrono::milliseconds;
 
 constexpr std::size_t kKept = std::size_t{8} << 20;      // for all listeners
-constexpr std::size_t kAtOnce = std::size_t{256} << 10;  // to one listener
+constexpr std::size_t kAtOnce = std::size_t{256} << 10;  // to one listener, later
+constexpr std::size_t kAtBegin = std::size_t{1} << 20;   // to a new listener
 constexpr std::size_t kLargest = std::size_t{1} << 20;   // message
 
 std::string event(const std::string& type, const std::string& data) {
@@ -52,7 +53,8 @@ void LiveFeed::add(Item given) {
   given.count = counts_[given.key] += given.old ? 0 : 1;
   if (given.text.size() > kLargest) return;  // counted as missed
   given.number = ++number_;
-  const auto item = newest_[given.key] = std::make_shared<const Item>(std::move(given));
+  const auto item = std::make_shared<const Item>(std::move(given));
+  newest_[item->key] = item;
   if (item->old) {
     // Of older messages all listeners get the newest only.
     kept_.clear();
@@ -102,7 +104,7 @@ void LiveFeed::run() {
       publish("problem", event("problem", text_of(link_.problem())));
     }
     if (tail_) {
-      more = tail_->poll([&](const auto& m, const auto&, bool old) { take(m, old); });
+      more = tail_->poll([&](const auto& m, bool old) { take(m, old); });
       const std::uint64_t bytes = tail_->contents().bytes;
       if (bytes != described && now - told >= kSilence) {
         described = bytes;
@@ -115,22 +117,25 @@ void LiveFeed::run() {
 }
 
 std::vector<LiveFeed::ItemPointer> LiveFeed::since(const Listener& listener) const {
+  const bool begins = listener.seen == 0;
   std::vector<ItemPointer> found;
   const auto add = [&](const ItemPointer& item) {
-    if (item->number > listener.seen && (!item->is_message || listener.topics.contains(item->key)))
-      found.push_back(item);
+    const bool wanted = item->number > listener.seen &&
+                        (item->is_message ? listener.topics.contains(item->key)
+                                          : !begins || newest_.at(item->key) == item);
+    if (wanted) found.push_back(item);
+    return wanted ? item->text.size() : 0;
   };
   std::size_t bytes = 0;
-  const bool all = !kept_.empty() && kept_.front()->number <= listener.seen + 1;
-  if (all)
-    for (auto it = kept_.rbegin(); it != kept_.rend() && (*it)->number > listener.seen; ++it) {
-      add(*it);
-      if (!found.empty() && found.back() == *it) bytes += (*it)->text.size();
-      if (bytes > kAtOnce) break;
-    }
-  if (!all || bytes > kAtOnce) {
-    found.clear();
-    for (const auto& [key, item] : newest_) add(item);
+  const std::size_t most = begins ? kAtBegin : kAtOnce;
+  auto it = kept_.rbegin();
+  for (; it != kept_.rend() && (*it)->number > listener.seen && bytes <= most; ++it)
+    bytes += add(*it);
+  const bool all = !kept_.empty() && kept_.front()->number <= listener.seen + 1 && bytes <= most;
+  if (!all) {
+    if (!begins) found.clear();
+    for (const auto& [key, item] : newest_)
+      if (std::ranges::find(found, item) == found.end()) add(item);
   }
   std::ranges::sort(found, {}, &Item::number);
   return found;

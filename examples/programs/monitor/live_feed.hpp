@@ -21,8 +21,9 @@ namespace wayfare::examples {
 
 /// What a running logger says and records, as server-sent events for any number of listeners: its
 /// statuses, why there are none, the contents of the recording, and its messages as they are
-/// written. A listener that falls behind gets the newest message of each topic, and how many it
-/// missed; the memory does not depend on the number and speed of the listeners.
+/// written. A new listener gets those of the last moments; one that falls behind gets the newest
+/// message of each topic, and how many it missed; the memory does not depend on the number and
+/// speed of the listeners.
 class LiveFeed {
  public:
   explicit LiveFeed(const LiveLink& link) : link_(link), thread_([this] { run(); }) {}

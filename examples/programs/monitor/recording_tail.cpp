@@ -15,6 +15,7 @@ namespace {
 constexpr std::string_view kMagic = "\x89MCAP0\r\n";
 constexpr std::size_t kRecordHead = 9;  // opcode and length
 constexpr std::size_t kMostRecord = std::size_t{1} << 26;
+constexpr std::uint64_t kNew = std::uint64_t{1} << 20;  // no message of a smaller file is old
 constexpr std::size_t kMostAtOnce = std::size_t{8} << 20;
 
 // Opcodes of MCAP.
@@ -42,7 +43,8 @@ bool RecordingTail::open() {
     return false;
   }
   next_ = kMagic.size();
-  old_until_ = static_cast<std::uint64_t>(about.st_size);
+  const auto size = static_cast<std::uint64_t>(about.st_size);
+  old_until_ = size > kNew ? size : 0;
   described_ = magic;
   return true;
 }
@@ -98,8 +100,7 @@ void RecordingTail::take(const std::string& record, const TailSink& sink) {
     sum.last = sum.messages == 0 ? m.log_time : std::max(sum.last, m.log_time);
     ++sum.messages;
     ++sum.messages_of[m.channel->id];
-    const auto schema = std::ranges::find(now.schemas, m.channel->schema, &io::McapSchema::id);
-    sink(m, schema == now.schemas.end() ? std::string() : schema->name, next_ < old_until_);
+    sink(m, next_ < old_until_);
     return true;
   });
 }

@@ -10,9 +10,8 @@
 
 namespace wayfare::examples {
 
-/// A message and the name of its schema; `old` if it was written before the file was opened.
-using TailSink =
-    std::function<void(const io::McapMessage& message, const std::string& schema, bool old)>;
+/// A message; `old` if it was written before the file was opened, unless that was small then.
+using TailSink = std::function<void(const io::McapMessage& message, bool old)>;
 
 /// The messages of a growing recording in the order of the file, each read once.
 class RecordingTail {
@@ -34,7 +33,7 @@ class RecordingTail {
   const std::string path_;
   io::Descriptor file_;
   std::uint64_t next_ = 0;       ///< position of the next record
-  std::uint64_t old_until_ = 0;  ///< size when the file was opened
+  std::uint64_t old_until_ = 0;  ///< messages before this position are old
   bool ended_ = false;           ///< the summary follows, or the file is damaged
   std::string described_;        ///< magic, and the records of schemas and channels so far
   io::McapContents contents_;

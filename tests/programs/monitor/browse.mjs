@@ -60,6 +60,7 @@ try {
   await call("Runtime.enable");
   await call("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: scheme }] });
   await call("Emulation.setDeviceMetricsOverride", { width: Number(width), height: 1400, deviceScaleFactor: 1, mobile: false });
+  await call("Emulation.setScrollbarsHidden", { hidden: true });
   await call("Page.navigate", { url });
   for (const expression of expressions) {
     const value = await within(30, expression, async () =>

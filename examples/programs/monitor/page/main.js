@@ -6,7 +6,7 @@ const streamed = new Store(32e6, 60);  // of a running logger, by push
 const panels = new Panels(clock), scene = new Scene(transforms), inspector = new Inspector();
 const logger = new LoggerPanel(), recording = new RecordingPanel(clock);
 const loader = new Loader((message) => takeTransform(message));
-const drawing = { frames: 0, late: 0, rate: 0 };  // of the animation
+const drawing = { frames: 0, late: 0, rate: 0, ms: 0 };  // of the animation; ms: to draw all frames
 const stream = { source: null, key: null, messages: 0, missed: {}, missedBefore: 0, paths: "" };
 let about = {}, topicsShown = "", logged = "", askedContents = 0;
 recording.interval = () => panels.interval();
@@ -23,7 +23,7 @@ function takeTransform(message) {
   if (message.text.includes("child_frame_id")) transforms.take(message);
 }
 function take(message) {
-  streamed.add(message);
+  if (!streamed.add(message)) return;
   takeTransform(message);
   panels.take(message);
   clock.end = Math.max(clock.end, message.t);
@@ -32,7 +32,7 @@ function take(message) {
 
 // Offers the topics; `samples` has a message of each, as far as there is one.
 function setTopics(list, schemas, samples) {
-  topics = list;
+  topics = list = list.sort((a, b) => a.topic.localeCompare(b.topic));
   panels.setTopics(list, schemas, samples, (topic) => streamed.list(topic));
   const clouds = list.filter((t) => isCloudSchema(t.schema) || isCloud(samples.get(t.topic)?.value)).map((t) => t.topic);
   scene.setTopics(clouds);
@@ -135,8 +135,7 @@ document.addEventListener("keydown", (event) => {
 });
 function showTransport(shownStore) {
   const moving = clock.playing || clock.following, at = clock.t - clock.start;
-  $("play").textContent = moving ? "⏸" : "▶";
-  $("play").setAttribute("aria-label", moving ? "pause" : "play");
+  $("play").textContent = moving ? "Pause" : "Play";
   $("follow").hidden = !clock.live;
   $("follow").setAttribute("aria-pressed", String(clock.following));
   if (document.activeElement !== $("time") || moving) {
@@ -173,7 +172,9 @@ function drawAll(now) {
 function animate(now) {
   requestAnimationFrame(animate);
   // One message must not end the animation.
+  const begun = performance.now();
   try { drawAll(now); } catch (error) { console.error(error); }
+  drawing.ms += performance.now() - begun;
 }
 function redraw() {
   readTheme();

@@ -39,19 +39,19 @@ class Panels {
     plot.fieldSelect = element("select", { onchange: () => this.setField(plot, plot.fieldSelect.value) });
     plot.topicSelect.setAttribute("aria-label", label("topic"));
     plot.fieldSelect.setAttribute("aria-label", label("field"));
-    plot.box = element("div", { className: "plot" },
+    plot.panel = element("div", { className: "plot" },
       element("div", { className: "bar" }, plot.topicSelect, plot.fieldSelect,
         button("−", label("zoom out"), () => this.zoom(1.5)), button("+", label("zoom in"), () => this.zoom(1 / 1.5)),
-        button("⟲", label("whole time"), () => this.reset()), button("×", label("remove"), () => this.remove(plot))),
+        button("All", label("whole time"), () => this.reset()), button("×", label("remove"), () => this.remove(plot))),
       canvas, readout);
-    $("plot_list").append(plot.box);
+    $("plot_list").append(plot.panel);
     canvasSizes.observe(canvas);
     this.plots.push(plot);
     this.offerTopics(plot);
     this.setTopic(plot, topic, field);
   }
   remove(plot) {
-    plot.box.remove();
+    plot.panel.remove();
     this.plots.splice(this.plots.indexOf(plot), 1);
   }
   offerTopics(plot) {
@@ -85,7 +85,8 @@ class Panels {
   interval() {
     const { clock } = this;
     if (clock.following) {
-      this.last = [clock.t - this.width, clock.t];
+      const a = Math.max(clock.t - this.width, clock.start);
+      this.last = [a, a + this.width];
       return this.last;
     }
     if (!this.fixed) return clock.live && this.last ? this.last : [clock.start, Math.max(clock.end, clock.start + 1e-3)];

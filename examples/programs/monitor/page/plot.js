@@ -62,7 +62,7 @@ class Plot {
     Object.assign(this, { canvas, readout, choice: null, topic: "", unit: "", changed: true, live: new Curves(0), past: null, heights: null, pointer: null, list: null });
     dragged(canvas, {
       drag: (dx) => act.pan(-dx / this.wide),
-      hover: (place) => { this.pointer = place && this.timeAt(place.x); this.changed = true; },
+      hover: (place) => { this.pointer = place && this.timeAt(place.x); },
       click: (place) => { if (this.choice?.kind === "numbers") act.seek(this.timeAt(place.x)); },
       zoom: (factor, place, event) => (event?.shiftKey ? this.stretch(factor) : act.zoom(1 / factor, this.timeAt(place.x))),
     });
@@ -70,12 +70,11 @@ class Plot {
     const step = (sign) => (e) => {
       if (e.shiftKey) return act.pan(0.1 * sign);
       this.pointer = limited((this.pointer ?? (this.a + this.b) / 2) + sign * (this.b - this.a) / 100, this.a, this.b);
-      this.changed = true;
     };
     canvas.onkeydown = keys({
       ArrowLeft: step(-1), ArrowRight: step(1), "+": () => act.zoom(0.8, this.pointer), "-": () => act.zoom(1.25, this.pointer),
       ArrowUp: () => this.stretch(1.25), ArrowDown: () => this.stretch(0.8), Home: () => { this.heights = null; act.reset(); },
-      Enter: () => { if (this.pointer !== null) act.seek(this.pointer); }, Escape: () => { this.pointer = null; this.changed = true; },
+      Enter: () => { if (this.pointer !== null) act.seek(this.pointer); }, Escape: () => { this.pointer = null; },
     });
   }
   choose(topic, choice, unit, messages) {
@@ -103,21 +102,31 @@ class Plot {
   draw(a, b, now, origin, local, message) {
     if (!this.choice) return;
     if (this.choice.kind === "list") return this.drawList(message);
-    const same = a === this.a && b === this.b && now === this.now;
-    if (same && !this.changed && !this.canvas.changed) return;
-    Object.assign(this, { a, b, now, origin });
-    const area = cleared(this.canvas), curves = local ? this.live : this.past ?? this.live;
+    const same = a === this.a && b === this.b && !this.changed && !this.canvas.changed;
+    if (same && now === this.now && this.pointer === this.pointed) return;
+    Object.assign(this, { a, b, now, origin, pointed: this.pointer });
+    const curves = local ? this.live : this.past ?? this.live;
+    if (!same) this.drawCurves(curves);
     this.changed = this.canvas.changed = false;
+    const area = cleared(this.canvas);
+    if (!area || !this.box) return;
+    area.c.drawImage(this.picture, 0, 0, area.w, area.h);
+    this.cursor(area, this.box, curves);
+  }
+  // To a picture of its own, on which the cursor moves.
+  drawCurves(curves) {
+    const { a, b, canvas, picture = this.picture = element("canvas") } = this;
+    if (picture.size !== canvas.size) Object.assign(picture, { size: canvas.size, width: canvas.width, height: canvas.height });
+    const area = cleared(picture);
     if (!area) return;
     const from = Math.max(0, lowerBound(curves.t, a) - 1), until = Math.min(curves.t.length, lowerBound(curves.t, b) + 1);
     this.range = this.extent(curves.columns, from, until);
-    const [low, high] = this.heights ?? this.range, box = this.frame(area, low, high);
+    const [low, high] = this.heights ?? this.range, box = this.box = this.frame(area, low, high);
     this.timeAxis(area, box);
     area.c.save();
     area.c.beginPath(); area.c.rect(box.left, box.top, box.right - box.left, box.bottom - box.top); area.c.clip();
     curves.columns.forEach((column, k) => this.curve(area.c, box, curves, column, from, until, theme.series[k % 8]));
     area.c.restore();
-    this.cursor(area, box, curves);
   }
   extent(columns, from, until) {
     let low = Infinity, high = -Infinity;

@@ -20,8 +20,9 @@ class Scene {
     $("layers").replaceChildren(...[...this.layers.values()].map((layer, i) => {
       const box = element("input", { type: "checkbox", checked: layer.shown, onchange: () => { layer.shown = box.checked; this.changed = true; } });
       layer.number = i;
+      layer.name = element("span", { textContent: layer.topic });
       layer.label = element("span", { className: "dim" });
-      return element("label", {}, box, element("span", { textContent: layer.topic, style: `--mark: ${i}`, className: "mark" }), layer.label);
+      return element("label", {}, box, layer.name, layer.label);
     }));
     this.changed = true;
   }
@@ -133,7 +134,7 @@ class Scene {
     c.beginPath(); c.arc(u[3], v[3], 4, 0, 7); c.stroke();
     c.globalAlpha = 1;
     c.fillStyle = layerColour(number);
-    c.fillText(topic + (matrix ? "" : " (no transform to " + this.fixed + ")"), 8, 18 + 16 * number);
+    if (!matrix) c.fillText(`${topic}: no transform to ${this.fixed}`, 8, 18 + 16 * number);
   }
 
   // The point nearest to a place on the canvas, within twelve pixels.
@@ -198,6 +199,7 @@ class Scene {
     const frames = new Set(this.transforms.names()), columns = new Set();
     for (const layer of this.layers.values()) {
       layer.label.textContent = layer.text;
+      layer.name.style.color = layerColour(layer.number);
       if (!layer.points) continue;
       frames.add(layer.points.frame);
       for (const name of Object.keys(layer.points.columns)) columns.add(name);

@@ -11,16 +11,20 @@ class Store {
     this.from = Infinity;  // all messages of the topics from here on are there
     this.newest = -Infinity;
   }
+  // False for a message that is there already.
   add(message) {
     let list = this.topics.get(message.topic);
     if (!list) this.topics.set(message.topic, list = []);
     let i = list.length;
     while (i > 0 && list[i - 1].t > message.t) --i;
+    // A new connection repeats what the last one had.
+    for (let k = i; k > 0 && list[k - 1].t === message.t; --k) if (list[k - 1].text === message.text) return false;
     list.splice(i, 0, message);
     this.bytes += message.text.length;
     this.newest = Math.max(this.newest, message.t);
     this.from = Math.min(this.from, message.t);
     this.trim(this.newest - this.seconds);
+    return true;
   }
   // The last message of each topic stays.
   trim(before) {
