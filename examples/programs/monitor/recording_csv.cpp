@@ -220,8 +220,10 @@ CsvFormat csv_format(const io::McapContents& contents, const io::McapChannel& ch
                       for (std::size_t i = 0; i < s.ranges_m.size(); ++i)
                         line(s.bearing(i).radians(), s.ranges_m[i]);
                     });
-  if (schema == logger::point_cloud_schema().name) return cloud_format();
-  if (channel.message_encoding == "json") return flat_format(schema_text(contents, channel));
+  const std::string text = schema_text(contents, channel);
+  if (schema == logger::point_cloud_schema().name || text.find("\"point_stride\"") != text.npos)
+    return cloud_format();
+  if (channel.message_encoding == "json") return flat_format(text);
   return {"t_s,bytes,hex\n", [](std::string& out, const io::McapMessage& m) {
             out += time_text(m.log_time) + ',' + std::to_string(m.data.size()) + ',' +
                    hexadecimal(m.data) + '\n';

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <map>
 #include <string_view>
 
 #include <wayfare/core/detail/bytes.hpp>
@@ -57,52 +58,75 @@ bool RecordingTail::read(std::uint64_t at, std::size_t size, std::string& to) co
 
 bool RecordingTail::poll(const TailSink& sink) {
   if (ended_ || !open()) return false;
-  std::string record;
-  for (std::size_t done = 0; done < kMostAtOnce;) {
-    if (!read(next_, kRecordHead, record)) return false;
+  std::string record, records;
+  const bool old = next_ < old_until_;
+  const auto finish = [&](bool more) {
+    if (!records.empty()) take(records, old, sink);
+    return more;
+  };
+  for (std::size_t done = 0; done < kMostAtOnce && (next_ < old_until_) == old;) {
+    if (!read(next_, kRecordHead, record)) return finish(false);
     const char code = record[0];
     const auto length = decode::load_le<std::uint64_t>(record, 1);
     ended_ = code == kDataEnd || length > kMostRecord;
-    if (ended_) return false;
+    if (ended_) return finish(false);
     const std::size_t size = kRecordHead + static_cast<std::size_t>(length);
-    if (!read(next_, size, record)) return false;
+    if (!read(next_, size, record)) return finish(false);
     if (code == kChunk || code == kSchema || code == kChannel || code == kMessage)
-      take(record, sink);
+      records += record;
     next_ += size;
     done += size;
     contents_.bytes = next_;
   }
-  return true;
+  return finish(true);
 }
 
 void RecordingTail::describe(std::string_view records) {
   while (records.size() >= kRecordHead) {
     const auto length = decode::load_le<std::uint64_t>(records, 1);
     if (length > records.size() - kRecordHead) return;
-    const std::size_t size = kRecordHead + static_cast<std::size_t>(length);
-    if (records[0] == kSchema || records[0] == kChannel) described_ += records.substr(0, size);
-    records.remove_prefix(size);
+    const std::string_view record =
+        records.substr(0, kRecordHead + static_cast<std::size_t>(length));
+    if (record[0] == kSchema || record[0] == kChannel) described_ += record;
+    if (record[0] == kChunk) describe(records_of(record));
+    records.remove_prefix(record.size());
   }
 }
 
-void RecordingTail::take(const std::string& record, const TailSink& sink) {
-  // A file of the descriptions so far and this record.
-  const auto file = io::McapReader::parse(described_ + record, path_);
+void RecordingTail::take(const std::string& records, bool old, const TailSink& sink) {
+  // A file of the descriptions so far and these records.
+  const auto file = io::McapReader::parse(described_ + records, path_);
   if (!file) return;
-  describe(record[0] == kChunk ? records_of(record) : std::string_view(record));
+  describe(records);
   const io::McapContents& now = file->contents();
   contents_.schemas = now.schemas;
   contents_.channels = now.channels;
   auto& sum = contents_.statistics;
-  sum.chunks += record[0] == kChunk ? 1 : 0;
+  sum.chunks += now.statistics.chunks;
+  struct Last {
+    io::McapMessage message;
+    std::string data;
+  };
+  std::map<std::uint16_t, Last> last;  // by channel
   file->read({}, [&](const io::McapMessage& m) {
     sum.first = sum.messages == 0 ? m.log_time : std::min(sum.first, m.log_time);
     sum.last = sum.messages == 0 ? m.log_time : std::max(sum.last, m.log_time);
     ++sum.messages;
     ++sum.messages_of[m.channel->id];
-    sink(m, next_ < old_until_);
+    if (old) {
+      last[m.channel->id] = {m, std::string(m.data)};
+    } else {
+      sink(m, false);
+    }
     return true;
   });
+  for (auto& [id, each] : last) {
+    const auto channel = std::ranges::find(now.channels, id, &io::McapChannel::id);
+    if (channel == now.channels.end()) continue;
+    each.message.channel = &*channel;
+    each.message.data = each.data;
+    sink(each.message, true);
+  }
 }
 
 }  // namespace wayfare::examples

@@ -10,10 +10,11 @@
 
 namespace wayfare::examples {
 
-/// A message; `old` if it was written before the file was opened, unless that was small then.
+/// A message; `old` if it was written before the file was opened, unless that was small then. Of
+/// old messages only the last of each topic in a part of the file is passed on.
 using TailSink = std::function<void(const io::McapMessage& message, bool old)>;
 
-/// The messages of a growing recording in the order of the file, each read once.
+/// The messages of a growing recording in the order of the file.
 class RecordingTail {
  public:
   explicit RecordingTail(std::string path) : path_(std::move(path)) {}
@@ -27,7 +28,7 @@ class RecordingTail {
  private:
   [[nodiscard]] bool open();
   [[nodiscard]] bool read(std::uint64_t at, std::size_t size, std::string& to) const;
-  void take(const std::string& record, const TailSink& sink);
+  void take(const std::string& records, bool old, const TailSink& sink);
   void describe(std::string_view records);
 
   const std::string path_;

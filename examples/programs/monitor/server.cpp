@@ -136,9 +136,10 @@ struct MonitorServer::Impl {
 
   using Answer = std::function<Result<std::string>(const RecordingView&, const Request&)>;
 
-  void query(const char* path, const char* type, Answer answer) {
-    server.Get(path, [this, type, answer](const Request& request, Response& response) {
-      const Slot slot(queries, options.queries);
+  /// Queries that read much of a recording do not take the slots of the others.
+  void query(const char* path, const char* type, Answer answer, bool is_long = false) {
+    server.Get(path, [this, type, answer, is_long](const Request& request, Response& response) {
+      const Slot slot(is_long ? long_queries : queries, options.queries);
       if (!slot) return refuse(response, 503, "busy; try again");
       const auto recording = view();
       if (!recording) return refuse(response, 404, "there is no recording yet");
@@ -160,7 +161,7 @@ struct MonitorServer::Impl {
                           "attachment; filename=\"" + file_name(topic, end) + "\"");
       response.set_chunked_content_provider(
           type, [this, recording, request, write](std::size_t, httplib::DataSink& sink) {
-            const Slot slot(queries, options.queries);
+            const Slot slot(long_queries, options.queries);
             if (!slot) return false;
             const auto done = write(*recording, request, [&](std::string_view piece) {
               return !quit && sink.write(piece.data(), piece.size());
@@ -175,21 +176,26 @@ struct MonitorServer::Impl {
     constexpr const char* kJson = "application/json";
     query("/api/contents", kJson,
           [](const RecordingView& v, const Request&) { return v.contents(); });
-    query("/api/series", kJson, [](const RecordingView& v, const Request& r) {
-      return v.series(r.get_param_value("topic"), values_of(r, "field"), interval_of(r),
-                      static_cast<std::size_t>(std::min(number_of(r, "n", 2000.0), 20000.0)));
-    });
+    query(
+        "/api/series", kJson,
+        [](const RecordingView& v, const Request& r) {
+          return v.series(r.get_param_value("topic"), values_of(r, "field"), interval_of(r),
+                          static_cast<std::size_t>(std::min(number_of(r, "n", 2000.0), 20000.0)));
+        },
+        true);
     query("/api/range", "application/x-ndjson", [](const RecordingView& v, const Request& r) {
       return v.range(topics_of(r), interval_of(r), r.has_param("before"));
     });
     query("/api/message", kJson, [](const RecordingView& v, const Request& r) {
       return v.message(r.get_param_value("topic"), number_of(r, "t", 0.0));
     });
-    query("/api/walk", kJson, [](const RecordingView& v, const Request& r) {
-      return v.walk(r.get_param_value("topic"));
-    });
-    query("/api/map.png", "image/png",
-          [this](const RecordingView& v, const Request&) { return v.map_png(options.map_s); });
+    query(
+        "/api/walk", kJson,
+        [](const RecordingView& v, const Request& r) { return v.walk(r.get_param_value("topic")); },
+        true);
+    query(
+        "/api/map.png", "image/png",
+        [this](const RecordingView& v, const Request&) { return v.map_png(options.map_s); }, true);
     exported("/export.csv", "text/csv", ".csv",
              [](const RecordingView& v, const Request& r, const PieceSink& sink) {
                return v.csv(r.get_param_value("topic"), interval_of(r), sink);
@@ -256,7 +262,7 @@ struct MonitorServer::Impl {
   const bool open_reading;  // only commands need the token
   Access access;
   std::atomic<bool> quit{false};
-  std::atomic<std::size_t> queries{0}, listeners{0};
+  std::atomic<std::size_t> queries{0}, long_queries{0}, listeners{0};
   std::unique_ptr<LiveLink> live;
   std::unique_ptr<LiveFeed> feed;
   std::mutex view_mutex;

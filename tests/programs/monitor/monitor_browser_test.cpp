@@ -99,7 +99,8 @@ TEST(MonitorInABrowser, FitsATelephoneAndTheDark) {
   const Recorded recorded;
   const auto server = serve({.recording = recorded.path});
   EXPECT_EQ(browse(server->url(), "narrow.png",
-                   {"document.body.dataset.ready === \"yes\"", drawn("plot1"),
+                   {"document.body.dataset.ready === \"yes\"",
+                    "panels.plots.every((p) => p.past !== null)", drawn("plot1"),
                     "($(\"inspector\").open = true)", kFits,
                     "getComputedStyle(document.body).backgroundColor === \"rgb(21, 27, 33)\"",
                     "($(\"from_side\").click(), !scene.isFlat)", drawn("scene")},

@@ -2,7 +2,9 @@
 
 const isCloud = (value) => !!value && (Array.isArray(value.ranges) && value.start_angle !== undefined ||
   Array.isArray(value.fields) && value.point_stride > 0 || Array.isArray(value.points) && typeof value.points[0] === "object");
-const isCloudSchema = (name) => /LaserScan|PointCloud/.test(name);
+const isCloudSchema = (name) => /LaserScan|PointCloud|LidarNodes/.test(name);
+// Messages that do not have a whole turn each.
+const isPart = (name) => /LidarNodes/.test(name);
 
 // Readers of the types of foxglove.PackedElementField, from 1.
 const packedTypes = [null, ["getUint8", 1], ["getInt8", 1], ["getUint16", 2], ["getInt16", 2],
@@ -10,10 +12,14 @@ const packedTypes = [null, ["getUint8", 1], ["getInt8", 1], ["getUint16", 2], ["
 
 // n points: x, y, z and further columns by name.
 function finished(n, columns, value) {
-  const { angle, bearing = angle, range, distance = range } = columns;
-  if (!columns.x && bearing && distance) {
-    columns.x = distance.map((r, i) => r * Math.cos(bearing[i]));
-    columns.y = distance.map((r, i) => r * Math.sin(bearing[i]));
+  const { bearing, range, angle, distance } = columns;
+  if (!columns.x && bearing && range) {
+    columns.x = range.map((r, i) => r * Math.cos(bearing[i]));
+    columns.y = range.map((r, i) => r * Math.sin(bearing[i]));
+  } else if (!columns.x && angle && distance) {
+    // Nodes of an RPLIDAR: degrees clockwise, quarters of a millimetre.
+    columns.x = distance.map((r, i) => (r > 0 ? r / 4000 * Math.cos(angle[i] * Math.PI / 180) : NaN));
+    columns.y = distance.map((r, i) => (r > 0 ? -r / 4000 * Math.sin(angle[i] * Math.PI / 180) : NaN));
   }
   for (const axis of ["x", "y", "z"]) columns[axis] ??= new Float32Array(n);
   const pose = value.pose ? poseMatrix(value.pose.position, value.pose.orientation) : identity;

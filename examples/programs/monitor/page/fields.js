@@ -24,6 +24,8 @@ function valueAt(value, field) {
 // Physical units that the schema names (`"unit": "m"`, or brackets in its description), else of
 // well-known names.
 const unitsByName = [
+  [/_mps2$/, "m/s²"], [/_mps$/, "m/s"], [/_mmps$/, "mm/s"], [/_radps$/, "rad/s"], [/_e7_deg$/, "10⁻⁷ °"], [/_e5_deg$/, "10⁻⁵ °"],
+  [/_m$/, "m"], [/_mm$/, "mm"], [/_c$/, "°C"], [/_ns$/, "ns"], [/_us$/, "µs"], [/_ms$/, "ms"], [/_percent$/, "%"], [/_dbm$/, "dBm"],
   [/^angular_(velocity|rate)|gyro/, "rad/s"], [/linear_acceleration|specific_force|force/, "m/s²"],
   [/magnetic/, "µT"], [/angle|bearing|roll|pitch|yaw/, "rad"], [/range|position|distance|altitude|translation/, "m"],
   [/velocity|doppler|speed/, "m/s"], [/pressure/, "Pa"], [/temperature/, "°C"], [/snr|noise|_db$/, "dB"],
@@ -51,7 +53,10 @@ function choicesOf(schema, value, prefix = "", found = []) {
     if (!prefix && name === "timestamp") continue;
     const inner = schema?.properties?.[name], v = value?.[name], field = within(name);
     if (isNumeric(inner, v)) numbers.push(field);
-    else if (Array.isArray(v) && v.length && v.every((x) => x === null || typeof x === "number") ||
+    else if (Array.isArray(v) && v.length > 1 && v.length < 10 && v.every((x) => typeof x === "number")) {
+      const each = v.map((_, i) => `${field}.${i}`);
+      found.push({ field, kind: "numbers", fields: each.slice(0, 8) }, ...each.map((one) => ({ field: one, kind: "numbers", fields: [one] })));
+    } else if (Array.isArray(v) && v.length && v.every((x) => x === null || typeof x === "number") ||
              !v && hasType(inner, "array") && isNumeric(inner.items, undefined))
       found.push({ field, kind: "list", fields: [field] });
     else if (Array.isArray(v)) v.slice(0, 32).forEach((x, i) => { if (x && typeof x === "object") deeper.push([inner?.items, x, `${field}.${i}`]); });

@@ -34,7 +34,7 @@ function take(message) {
 function setTopics(list, schemas, samples) {
   topics = list = list.sort((a, b) => a.topic.localeCompare(b.topic));
   panels.setTopics(list, schemas, samples, (topic) => streamed.list(topic));
-  const clouds = list.filter((t) => isCloudSchema(t.schema) || isCloud(samples.get(t.topic)?.value)).map((t) => t.topic);
+  const clouds = list.filter((t) => isCloudSchema(t.schema) || isCloud(samples.get(t.topic)?.value));
   scene.setTopics(clouds);
   $("scans").hidden = !clouds.length;
   inspector.setTopics(list.map((t) => t.topic));

@@ -80,8 +80,7 @@ class Plot {
   choose(topic, choice, unit, messages) {
     Object.assign(this, { topic, choice, unit, live: new Curves(choice.fields.length), past: null, heights: null, changed: true });
     for (const message of messages) this.take(message);
-    const names = choice.fields.length > 1 ? choice.field + " " + choice.fields.map((f) => f.split(".").at(-1)).join(", ") : choice.field;
-    this.title = names + (unit ? ` [${unit}]` : "");
+    this.title = choice.field + (unit ? ` [${unit}]` : "");
     this.canvas.setAttribute("aria-label", `Plot of ${topic}: ${this.title}. Arrow keys read values, plus and minus zoom, Shift and arrows move, Enter sets the time.`);
   }
   take(message) {
@@ -102,6 +101,7 @@ class Plot {
   draw(a, b, now, origin, local, message) {
     if (!this.choice) return;
     if (this.choice.kind === "list") return this.drawList(message);
+    if (this.pointer !== null && !(this.pointer >= a && this.pointer <= b)) this.pointer = limited(this.pointer, a, b);
     const same = a === this.a && b === this.b && !this.changed && !this.canvas.changed;
     if (same && now === this.now && this.pointer === this.pointed) return;
     Object.assign(this, { a, b, now, origin, pointed: this.pointer });
@@ -145,7 +145,7 @@ class Plot {
     const box = { left: this.left, right: w - 8, top: 24, bottom: h - 20 };
     box.y = (v) => box.bottom - (v - low) / (high - low) * (box.bottom - box.top);
     c.fillStyle = c.strokeStyle = theme.dim;
-    c.fillText(this.title, box.left, 14, Math.max(60, w - 200));
+    c.fillText(this.title, box.left, 14, w - box.left - 70);
     const step = roundStep(high - low, 4);
     c.globalAlpha = 0.25; c.lineWidth = 1; c.beginPath();
     for (let v = Math.ceil(low / step) * step; v <= high; v += step) { c.moveTo(box.left, box.y(v)); c.lineTo(box.right, box.y(v)); }

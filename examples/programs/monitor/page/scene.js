@@ -14,9 +14,12 @@ class Scene {
   }
   get isFlat() { return this.camera.pitch > 1.57; }
 
-  setTopics(topics) {
+  // Of a topic and its schema each.
+  setTopics(list) {
+    const topics = list.map((t) => t.topic);
     for (const topic of this.layers.keys()) if (!topics.includes(topic)) this.layers.delete(topic);
-    for (const topic of topics) if (!this.layers.has(topic)) this.layers.set(topic, { topic, shown: true, text: "" });
+    for (const { topic, schema } of list)
+      if (!this.layers.has(topic)) this.layers.set(topic, { topic, shown: !isPart(schema), text: "" });
     $("layers").replaceChildren(...[...this.layers.values()].map((layer, i) => {
       const box = element("input", { type: "checkbox", checked: layer.shown, onchange: () => { layer.shown = box.checked; this.changed = true; } });
       layer.number = i;
@@ -65,7 +68,7 @@ class Scene {
       if (!points || !matrix || stale) continue;
       const { x, y } = points.columns;
       for (let i = 0; i < points.n; ++i)
-        far = Math.max(far, Math.hypot(matrix[0] * x[i] + matrix[1] * y[i] + matrix[3], matrix[4] * x[i] + matrix[5] * y[i] + matrix[7]));
+        far = Math.max(far, Math.hypot(matrix[0] * x[i] + matrix[1] * y[i] + matrix[3], matrix[4] * x[i] + matrix[5] * y[i] + matrix[7]) || 0);
     }
     if (!(far < this.reach && far > 0.6 * this.reach)) this.reach = far * 1.1;
     return Math.min(w, h) / 2 / this.reach;
