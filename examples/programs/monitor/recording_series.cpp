@@ -1,7 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -63,6 +67,29 @@ class MinMaxRows {
   std::vector<std::vector<double>> columns_;
 };
 
+/// Counts of intervals in steps of a quarter of an octave.
+class Intervals {
+ public:
+  void add(Duration interval) {
+    const auto ns = static_cast<double>(std::max<Duration::rep>(interval.count(), 1));
+    ++counts_[static_cast<std::size_t>(kSteps * std::log2(ns))];
+    ++all_;
+  }
+  /// What 95 % do not exceed: messages may come in groups.
+  [[nodiscard]] double usual_s() const {
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < counts_.size(); ++i)
+      if (20 * (sum += counts_[i]) >= 19 * all_ && all_ > 0)
+        return 1e-9 * std::exp2(static_cast<double>(i + 1) / kSteps);
+    return std::numeric_limits<double>::infinity();
+  }
+
+ private:
+  static constexpr double kSteps = 4.0;
+  std::array<std::uint64_t, 256> counts_{};  // up to 2^63 ns
+  std::uint64_t all_ = 0;
+};
+
 /// The names and indices that lead to a field.
 using FieldPath = std::vector<std::string>;
 
@@ -99,6 +126,29 @@ double number_at(const json& message, const FieldPath& path) {
 
 }  // namespace
 
+double RecordingView::gap_s(const io::McapReader& file, const io::McapChannel& channel) const {
+  const auto& counts = file.contents().statistics.messages_of;
+  const auto count = counts.find(channel.id);
+  const std::uint64_t n = count == counts.end() ? 0 : count->second;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = gaps_.find(channel.topic);
+    if (known != gaps_.end() && known->second.messages == n) return known->second.s;
+  }
+  Intervals intervals;
+  std::optional<LogTime> before;
+  file.read({io::McapOrder::file, {channel.topic}}, [&](const io::McapMessage& m) {
+    const LogTime now = measured_at(m);
+    if (before) intervals.add(now - *before);
+    before = now;
+    return true;
+  });
+  const double s = 5.0 * intervals.usual_s();
+  const std::lock_guard lock(mutex_);
+  gaps_[channel.topic] = {n, s};
+  return s;
+}
+
 Result<std::string> RecordingView::series(const std::string& topic,
                                           const std::vector<std::string>& fields,
                                           const Interval& interval, std::size_t most) const {
@@ -110,15 +160,10 @@ Result<std::string> RecordingView::series(const std::string& topic,
   const io::McapQuery query = query_of(c, {topic}, interval);
   std::uint64_t n = 0;
   (*file)->read(query, [&](const io::McapMessage&) { return ++n, true; });
-  const auto all = c.statistics.messages_of.find(channel->id);
-  const double mean_s =
-      to_seconds(c.statistics.last - c.statistics.first) /
-      static_cast<double>(all == c.statistics.messages_of.end() ? 1 : all->second);
-  constexpr double kGap = 5.0;  // mean intervals
   std::vector<FieldPath> paths;
   for (const std::string& field : fields) paths.push_back(path_of(field));
   MinMaxRows rows(paths.size(), n <= most ? 1 : 1 + 2 * (n - 1) / std::max<std::size_t>(most, 2),
-                  kGap * mean_s);
+                  gap_s(**file, *channel));
   std::vector<double> values(paths.size());
   (*file)->read(query, [&](const io::McapMessage& m) {
     const json message = json::parse(m.data, nullptr, false);

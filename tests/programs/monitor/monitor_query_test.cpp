@@ -84,6 +84,23 @@ TEST(MonitorQueries, SeriesShowGapsAndPeaks) {
   }
 }
 
+// Ten messages at a time, as from a device without a clock.
+TEST(MonitorQueries, GroupsOfMessagesAreNoGaps) {
+  const TemporaryFolder folder;
+  auto writer = *io::McapWriter::create(folder / "groups.mcap");
+  const auto channel = *writer.add_channel("/x", "json");
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.1 * (i / 10) + 0.001 * (i % 10) + (i < 500 ? 0.0 : 1.0);
+    EXPECT_TRUE(writer.write(channel, at(t), at(t), json({{"x", i}}).dump()));
+  }
+  EXPECT_TRUE(writer.close());
+  const auto server = serve({.recording = folder / "groups.mcap"});
+  const json x =
+      json::parse(client_of(*server).Get("/api/series?topic=/x&field=x")->body)["columns"][0];
+  EXPECT_EQ(std::ranges::count_if(x, [](const json& v) { return v.is_null(); }), 1);
+  EXPECT_TRUE(x[500].is_null());
+}
+
 TEST(MonitorQueries, RangesHaveWhatHoldsAtTheirBeginning) {
   const Mixed mixed;
   const auto server = serve({.recording = mixed.path});

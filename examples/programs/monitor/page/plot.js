@@ -53,8 +53,15 @@ class Curves {
     values.forEach((v, k) => this.columns[k].push(v));
     if (this.t.length > 60000) for (const list of [this.t, ...this.columns]) list.splice(0, 20000);
   }
-  // Longer intervals than this are gaps.
-  get gap() { return this.t.length < 3 ? Infinity : 5 * (this.t.at(-1) - this.t[0]) / (this.t.length - 1); }
+  // Longer intervals than this are gaps: five times what 95 % of the last ones do not exceed.
+  get gap() {
+    if (this.t.length > 2 && Math.abs(this.t.length - (this.judged ?? -Infinity)) >= Math.min(50, this.t.length / 4)) {
+      this.judged = this.t.length;
+      const last = this.t.slice(-500), intervals = last.slice(1).map((t, i) => t - last[i]).sort((a, b) => a - b);
+      this.usual = intervals[Math.ceil(0.95 * intervals.length) - 1];
+    }
+    return 5 * (this.usual ?? Infinity);
+  }
 }
 
 class Plot {
