@@ -83,7 +83,12 @@ class BoundedStream : public httplib::Stream {
   ssize_t write(const char* from, std::size_t size) override {
     constexpr std::size_t kStatus = 9;  // after "HTTP/1.1 "
     if (!std::exchange(begun_, true)) refused_ = size <= kStatus || from[kStatus] != '2';
-    return is_writable() ? ::send(socket_, from, size, MSG_NOSIGNAL) : -1;
+    // The deadline holds for each part: a send that waits has none.
+    while (is_writable()) {
+      const ssize_t n = ::send(socket_, from, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (n >= 0 || (errno != EAGAIN && errno != EINTR)) return n;
+    }
+    return -1;
   }
   void get_remote_ip_and_port(std::string& address, int& port) const override {
     end_of(socket_, ::getpeername, address, port);
@@ -153,6 +158,8 @@ bool BoundedServer::process_and_close_socket(socket_t socket) {
   std::string address;
   int port = 0;
   end_of(socket, ::getpeername, address, port);
+  const int buffer = limits_.send_bytes;
+  ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
   bool done = false;
   if (const Place place(*this, address); place) {
     BoundedStream stream(socket, limits_.write_time);

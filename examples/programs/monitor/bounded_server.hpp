@@ -23,6 +23,8 @@ struct ConnectionLimits {
   /// The same while more than half of the connections are taken.
   std::chrono::milliseconds crowded_time{250};
   std::chrono::milliseconds write_time{5000};  ///< without progress
+  /// On the way to a client, as far as the system permits: what a slow one gets is not old.
+  int send_bytes = 131072;
 };
 
 /// httplib limits the length of a line, but not the number of lines and chunks nor their total

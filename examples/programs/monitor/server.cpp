@@ -1,8 +1,5 @@
 #include "server.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -11,14 +8,15 @@
 #include <set>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
-#include <wayfare/io/detail/descriptor.hpp>
-
 #include "access.hpp"
+#include "live_feed.hpp"
 #include "live_link.hpp"
 #include "recording_view.hpp"
+#include "secret_file.hpp"
 
 #include "bounded_server.hpp"
 
@@ -59,35 +57,6 @@ double number_of(const Request& request, const char* name, double otherwise) {
   return value >= 0.0 && value < 1e9 ? value : otherwise;
 }
 
-/// A file with a secret, readable by this user only, during its lifetime.
-class SecretFile {
- public:
-  static Result<SecretFile> create(const std::string& path, const std::string& secret) {
-    // An old one may have another mode, or be a link to another file.
-    ::unlink(path.c_str());
-    const io::Descriptor file(
-        ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, 0600));
-    const std::string line = secret + "\n";
-    if (file.get() < 0 ||
-        ::write(file.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()))
-      return io::system_error("cannot be written", path);
-    return SecretFile(path);
-  }
-  SecretFile() = default;
-  SecretFile(SecretFile&& other) noexcept : path_(std::exchange(other.path_, {})) {}
-  SecretFile& operator=(SecretFile&& other) noexcept {
-    std::swap(path_, other.path_);
-    return *this;
-  }
-  ~SecretFile() {
-    if (!path_.empty()) ::unlink(path_.c_str());
-  }
-
- private:
-  explicit SecretFile(std::string path) : path_(std::move(path)) {}
-  std::string path_;
-};
-
 AccessOptions access_options(const MonitorOptions& o, bool open_reading) {
   return {o.token, !open_reading, o.host_names, o.requests_per_s};
 }
@@ -98,6 +67,23 @@ ConnectionLimits connection_limits(const MonitorOptions& o) {
   limits.per_address = std::max<std::size_t>(o.connections / 4, 1);
   limits.request_time = std::chrono::milliseconds(static_cast<long>(1000.0 * o.request_s));
   return limits;
+}
+
+/// All values of a parameter that may be repeated, at most a hundred.
+std::vector<std::string> values_of(const Request& request, const char* name) {
+  std::vector<std::string> values;
+  const std::size_t n = std::min<std::size_t>(request.get_param_value_count(name), 100);
+  for (std::size_t i = 0; i < n; ++i) values.push_back(request.get_param_value(name, i));
+  return values;
+}
+
+std::set<std::string> topics_of(const Request& request) {
+  const auto topics = values_of(request, "topic");
+  return {topics.begin(), topics.end()};
+}
+
+Interval interval_of(const Request& request) {
+  return {number_of(request, "from", 0.0), number_of(request, "until", Interval::kAll)};
 }
 
 /// A file name with the topic.
@@ -118,6 +104,7 @@ struct MonitorServer::Impl {
         server(connection_limits(options)) {}
   ~Impl() {
     quit = true;
+    if (feed) feed->stop();
     server.stop();
     if (thread.joinable()) thread.join();
   }
@@ -149,9 +136,10 @@ struct MonitorServer::Impl {
 
   using Answer = std::function<Result<std::string>(const RecordingView&, const Request&)>;
 
-  void query(const char* path, const char* type, Answer answer) {
-    server.Get(path, [this, type, answer](const Request& request, Response& response) {
-      const Slot slot(queries, options.queries);
+  /// Queries that read much of a recording do not take the slots of the others.
+  void query(const char* path, const char* type, Answer answer, bool is_long = false) {
+    server.Get(path, [this, type, answer, is_long](const Request& request, Response& response) {
+      const Slot slot(is_long ? long_queries : queries, options.queries);
       if (!slot) return refuse(response, 503, "busy; try again");
       const auto recording = view();
       if (!recording) return refuse(response, 404, "there is no recording yet");
@@ -162,7 +150,7 @@ struct MonitorServer::Impl {
   }
 
   using Export =
-      std::function<Result<void>(const RecordingView&, const std::string&, const PieceSink&)>;
+      std::function<Result<void>(const RecordingView&, const Request&, const PieceSink&)>;
 
   void exported(const char* path, const char* type, const char* end, Export write) {
     server.Get(path, [this, type, end, write](const Request& request, Response& response) {
@@ -172,10 +160,10 @@ struct MonitorServer::Impl {
       response.set_header("Content-Disposition",
                           "attachment; filename=\"" + file_name(topic, end) + "\"");
       response.set_chunked_content_provider(
-          type, [this, recording, topic, write](std::size_t, httplib::DataSink& sink) {
-            const Slot slot(queries, options.queries);
+          type, [this, recording, request, write](std::size_t, httplib::DataSink& sink) {
+            const Slot slot(long_queries, options.queries);
             if (!slot) return false;
-            const auto done = write(*recording, topic, [&](std::string_view piece) {
+            const auto done = write(*recording, request, [&](std::string_view piece) {
               return !quit && sink.write(piece.data(), piece.size());
             });
             if (done) sink.done();
@@ -188,46 +176,49 @@ struct MonitorServer::Impl {
     constexpr const char* kJson = "application/json";
     query("/api/contents", kJson,
           [](const RecordingView& v, const Request&) { return v.contents(); });
-    query("/api/inertial", kJson, [](const RecordingView& v, const Request& r) {
-      return v.inertial(r.get_param_value("topic"),
-                        static_cast<std::size_t>(std::min(number_of(r, "n", 2000.0), 20000.0)));
+    query(
+        "/api/series", kJson,
+        [](const RecordingView& v, const Request& r) {
+          return v.series(r.get_param_value("topic"), values_of(r, "field"), interval_of(r),
+                          static_cast<std::size_t>(std::min(number_of(r, "n", 2000.0), 20000.0)));
+        },
+        true);
+    query("/api/range", "application/x-ndjson", [](const RecordingView& v, const Request& r) {
+      return v.range(topics_of(r), interval_of(r), r.has_param("before"));
     });
     query("/api/message", kJson, [](const RecordingView& v, const Request& r) {
       return v.message(r.get_param_value("topic"), number_of(r, "t", 0.0));
     });
-    query("/api/walk", kJson, [](const RecordingView& v, const Request& r) {
-      return v.walk(r.get_param_value("topic"));
-    });
-    query("/api/map.png", "image/png",
-          [this](const RecordingView& v, const Request&) { return v.map_png(options.map_s); });
+    query(
+        "/api/walk", kJson,
+        [](const RecordingView& v, const Request& r) { return v.walk(r.get_param_value("topic")); },
+        true);
+    query(
+        "/api/map.png", "image/png",
+        [this](const RecordingView& v, const Request&) { return v.map_png(options.map_s); }, true);
     exported("/export.csv", "text/csv", ".csv",
-             [](const RecordingView& v, const std::string& topic, const PieceSink& sink) {
-               return v.csv(topic, sink);
+             [](const RecordingView& v, const Request& r, const PieceSink& sink) {
+               return v.csv(r.get_param_value("topic"), interval_of(r), sink);
              });
     exported("/export.mcap", "application/octet-stream", ".mcap",
-             [](const RecordingView& v, const std::string& topic, const PieceSink& sink) {
-               return v.mcap(topic.empty() ? std::set<std::string>() : std::set{topic}, sink);
+             [](const RecordingView& v, const Request& r, const PieceSink& sink) {
+               std::set<std::string> topics = topics_of(r);
+               topics.erase("");
+               return v.mcap(topics, interval_of(r), sink);
              });
   }
 
   void route_live() {
-    server.Get("/api/events", [this](const Request&, Response& response) {
-      if (!live) return refuse(response, 404, "there is no live logger");
+    server.Get("/api/events", [this](const Request& request, Response& response) {
+      if (!feed) return refuse(response, 404, "there is no live logger");
       auto slot = std::make_shared<Slot>(listeners, options.listeners);
       if (!*slot) return refuse(response, 503, "too many listeners");
       response.set_header("Cache-Control", "no-store");
       response.set_chunked_content_provider(
-          "text/event-stream",
-          [this, slot, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
-            if (quit) return false;
-            const std::string status = live->wait(seen, std::chrono::milliseconds(1000));
-            const std::string event =
-                status.empty() ? "event: problem\ndata: " +
-                                     json(live->problem())
-                                         .dump(-1, ' ', true, json::error_handler_t::replace) +
-                                     "\n\n"
-                               : "data: " + status + "\n\n";
-            return !quit && sink.write(event.data(), event.size());
+          "text/event-stream", [this, slot, listener = LiveFeed::Listener{topics_of(request)}](
+                                   std::size_t, httplib::DataSink& sink) mutable {
+            const std::string events = feed->wait(listener, std::chrono::seconds(1));
+            return !quit && (events.empty() || sink.write(events.data(), events.size()));
           });
     });
     server.Post("/api/command", [this](const Request& request, Response& response) {
@@ -271,8 +262,9 @@ struct MonitorServer::Impl {
   const bool open_reading;  // only commands need the token
   Access access;
   std::atomic<bool> quit{false};
-  std::atomic<std::size_t> queries{0}, listeners{0};
-  std::shared_ptr<LiveLink> live;
+  std::atomic<std::size_t> queries{0}, long_queries{0}, listeners{0};
+  std::unique_ptr<LiveLink> live;
+  std::unique_ptr<LiveFeed> feed;
   std::mutex view_mutex;
   std::shared_ptr<const RecordingView> shown;
   BoundedServer server;
@@ -294,7 +286,10 @@ Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions optio
     options.token = random_token();
   auto impl = std::make_unique<Impl>(std::move(options), open_reading);
   const MonitorOptions& o = impl->options;
-  if (!o.live.empty()) impl->live = std::make_shared<LiveLink>(o.live, o.baud);
+  if (!o.live.empty()) {
+    impl->live = std::make_unique<LiveLink>(o.live, o.baud);
+    impl->feed = std::make_unique<LiveFeed>(*impl->live);
+  }
   impl->set_up();
   if (o.port == 0) {
     impl->port = impl->server.bind_to_any_port(o.host);

@@ -24,7 +24,7 @@ struct MonitorOptions {
   std::string token_file = {};
   std::size_t connections = 128;  ///< served concurrently; more wait
   std::size_t listeners = 32;     ///< to the live status; more are refused
-  std::size_t queries = 4;        ///< of a recording, concurrently; more are refused
+  std::size_t queries = 4;        ///< short ones, and long ones, at the same time; more are refused
   double requests_per_s = 200.0;  ///< on average, with bursts of twice the number; more are refused
   double map_s = 600.0;           ///< duration of the recording used for the map
   double request_s = 5.0;         ///< to receive a request, while there are few connections
@@ -51,6 +51,6 @@ class MonitorServer {
 };
 
 /// The page it serves, with all it needs.
-[[nodiscard]] const char* monitor_page();
+[[nodiscard]] const std::string& monitor_page();
 
 }  // namespace wayfare::examples

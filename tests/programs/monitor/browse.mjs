@@ -1,13 +1,14 @@
 // Opens a page in headless Chromium over its debugging protocol:
-//   node browse.mjs URL PICTURE.png WIDTH EXPRESSION...
+//   node browse.mjs URL PICTURE.png WIDTH[:dark] EXPRESSION...
 // Waits until each expression is true (at most half a minute), then takes a screenshot. Dialogs of the
-// page are confirmed.
+// page are confirmed; its errors, and requests to other hosts, are failures. Texts are printed.
 import { spawn } from "node:child_process";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-const [url, picture, width, ...expressions] = process.argv.slice(2);
+const [url, picture, size, ...expressions] = process.argv.slice(2);
+const [width, scheme = "light"] = size.split(":");
 const profile = await mkdtemp(join(tmpdir(), "wayfare-browser-"));
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 const browser = spawn("chromium", [
@@ -17,11 +18,14 @@ const browser = spawn("chromium", [
 const gone = new Promise((done) => { browser.once("exit", done); browser.once("error", done); });
 
 // The pipe carries JSON messages, each terminated by a zero byte.
-const answers = new Map(), outside = [];
+const answers = new Map(), outside = [], errors = [];
 let last = 0, session, held = "";
 function take(message) {
   answers.get(message.id)?.(message.result ?? {});
   if (message.method === "Page.javascriptDialogOpening") call("Page.handleJavaScriptDialog", { accept: true });
+  if (message.method === "Runtime.exceptionThrown") errors.push(message.params.exceptionDetails.exception?.description ?? message.params.exceptionDetails.text);
+  if (message.method === "Runtime.consoleAPICalled" && message.params.type === "error")
+    errors.push(message.params.args.map((a) => a.description ?? a.value).join(" "));
   const asked = message.params?.request?.url;
   if (asked && !/^(data|blob):/.test(asked) && new URL(asked).host !== new URL(url).host) outside.push(asked);
 }
@@ -53,18 +57,25 @@ try {
   session = (await call("Target.attachToTarget", { targetId, flatten: true })).sessionId;
   await call("Network.enable");
   await call("Page.enable");
+  await call("Runtime.enable");
+  await call("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: scheme }] });
+  await call("Emulation.setDeviceMetricsOverride", { width: Number(width), height: 1400, deviceScaleFactor: 1, mobile: false });
+  await call("Emulation.setScrollbarsHidden", { hidden: true });
   await call("Page.navigate", { url });
-  for (const expression of expressions)
-    await within(30, expression, async () =>
+  for (const expression of expressions) {
+    const value = await within(30, expression, async () =>
       (await call("Runtime.evaluate", { expression, awaitPromise: true })).result.value);
+    if (typeof value === "string") console.log(value);
+  }
   await pause(300);
   const shot = await call("Page.captureScreenshot", { captureBeyondViewport: true });
   await writeFile(picture, Buffer.from(shot.data, "base64"));
   if (outside.length) throw new Error("asked outside: " + outside.join(" "));
+  if (errors.length) throw new Error("errors of the page: " + errors.join(" | "));
   console.log("all true");
   status = 0;
 } catch (error) {
-  console.log(String(error));
+  console.log([String(error), ...errors].join("\n"));
 }
 browser.kill();
 await gone;

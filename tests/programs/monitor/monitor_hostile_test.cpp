@@ -148,6 +148,29 @@ TEST(Monitor, TricklingConnectionsDelayNobody) {
   for (const int fd : slow) ::close(fd);
 }
 
+// Streams that are not read, more of them than there are connections.
+TEST(Monitor, IdleStreamsDelayNobody) {
+  const Live live;
+  const auto server = serve({.live = live.folder / "control"});
+  std::vector<int> idle;
+  for (int i = 0; i < 140; ++i)
+    idle.push_back(half_a_request(
+        server->port(), "GET /api/events?topic=/unit/imu HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+  auto client = client_of(*server);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(client_of(*server).Get("/api/about")->status, 200);
+  // All but the listeners are refused.
+  int streams = 0, refused = 0;
+  for (const int fd : idle) {
+    std::string answer(12, '\0');
+    EXPECT_EQ(::recv(fd, answer.data(), answer.size(), MSG_WAITALL), 12);
+    ++(answer == "HTTP/1.1 200" ? streams : refused);
+  }
+  EXPECT_EQ(streams, 32);
+  EXPECT_EQ(refused, 108);
+  EXPECT_EQ(client.Post("/api/command", by(*server), "C", "text/plain")->status, 200);
+  for (const int fd : idle) ::close(fd);
+}
+
 /// Heads of requests, and pieces of which they never have enough.
 const std::vector<std::pair<std::string, std::string>>& endless_requests() {
   static const std::vector<std::pair<std::string, std::string>> all{

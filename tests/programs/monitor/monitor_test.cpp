@@ -22,7 +22,8 @@ TEST(Monitor, AnswersWhatItsPageAsks) {
   EXPECT_THAT(contents,
               HasSubstr(R"({"messages":100,"schema":"foxglove.LaserScan","topic":"/lidar/scan"})"));
   // 2000 samples in 500 rows: minima and maxima of groups of eight.
-  EXPECT_THAT(client.Get("/api/inertial?topic=/unit/imu&n=500")->body, HasSubstr(R"("stride":8)"));
+  EXPECT_THAT(client.Get("/api/series?topic=/unit/imu&field=linear_acceleration.z&n=500")->body,
+              HasSubstr(R"("stride":8)"));
   const auto scan =
       logger::parse_laser_scan(client.Get("/api/message?topic=/lidar/scan&t=7.3")->body);
   ASSERT_TRUE(scan);
@@ -30,7 +31,7 @@ TEST(Monitor, AnswersWhatItsPageAsks) {
   EXPECT_THAT(client.Get("/api/walk?topic=/unit/imu")->body, HasSubstr("columns"));
   EXPECT_EQ(client.Get("/api/map.png")->body.substr(1, 3), "PNG");
   EXPECT_EQ(client.Get("/api/message?topic=/none&t=1")->status, 404);
-  EXPECT_EQ(client.Get("/api/inertial?topic=/lidar/scan")->status, 404);
+  EXPECT_EQ(client.Get("/api/series?topic=/lidar/raw&field=x")->status, 404);
   EXPECT_EQ(client.Get("/api/events")->status, 404);
   EXPECT_EQ(client.Get("/../etc/passwd")->status, 404);
 }
@@ -110,7 +111,8 @@ TEST(Monitor, AHundredClientsDoNoHarm) {
   std::vector<std::thread> clients;
   for (int i = 0; i < 100; ++i)
     clients.emplace_back([&] {
-      for (const char* path : {"/", "/api/contents", "/api/inertial?topic=/unit/imu"}) {
+      for (const char* path :
+           {"/", "/api/contents", "/api/series?topic=/unit/imu&field=angular_velocity.x"}) {
         const auto answer = client_of(*server).Get(path);
         const int status = answer ? answer->status : 0;
         ++(status == 200 ? answered : status == 429 || status == 503 ? refused : odd);
