@@ -129,16 +129,9 @@ class LoopCloser {
                                 ? map.search_far(context, nodes.pose(latest), window, needed)
                                 : map.search(context, nodes.pose(latest), window);
     if (found.score < needed) return edge;
-    auto sharp = matching_.confirm(around, nodes.points(latest), found.T_map_points, map);
+    const auto sharp = matching_.confirm(around, nodes.points(latest), found.T_map_points, map);
     if (!sharp) return sharp.error();
     if (!*sharp) return edge;
-    // Loops of known area are many: along a corridor they would pull together, all where the
-    // search happens to end.
-    if (options_.nodes_before_merging > 0) {
-      const double sigma_m = reach_m(candidate.covariance) / 3.0;
-      (*sharp)->T_map_points =
-          settle(**sharp, nodes.pose(latest), {SE2d(), Eigen::Vector3d::Constant(sigma_m)});
-    }
     const SE2d& pose = (*sharp)->T_map_points;
     const Eigen::Matrix3d information =
         match_information(**sharp, pose.rotation(), 0.04, Angle::degrees(0.6).radians());
