@@ -146,6 +146,8 @@ Result<void> MultiResolutionGrid::check_room(std::size_t level, const CellBox& c
 Result<void> MultiResolutionGrid::follow(std::size_t level, const CellBox& changed) {
   const OccupancyGrid& grid = grids_[level];
   if (!grid.bounds() || tables_[level].update(grid, changed)) return {};
+  // Of the old and the new table only one is in memory.
+  tables_[level] = {};
   return tables_[level].make(grid, options_.unknown_probability, margin(grid));
 }
 

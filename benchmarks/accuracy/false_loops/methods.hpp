@@ -12,7 +12,7 @@ namespace wayfare::examples {
 struct Rejection {
   std::vector<int> rejected;   ///< edges
   std::vector<int> undecided;  ///< some of them
-  double total_s = 0.0;
+  double total_s = 0.0, processor_s = 0.0;
 };
 
 /// Names of the methods.

@@ -1,9 +1,12 @@
 // LiDAR graph SLAM on a recorded log.
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -46,38 +49,23 @@ std::vector<OptionField> fields(GraphSlamOptions& o) {
           option_field("merge_turn_deg", o.merge_turn)};
 }
 
-/// Empty if there is none. Rays cross walls in maps of several pieces, or without odometry, only
-/// where they are wrong; with odometry, people do the same.
-std::string doubt(const GraphSlamRun& slam, bool no_odometry) {
-  constexpr double kMostCrossing = 0.08, kMostOfStretch = 0.16;
-  const GraphSlamStatistics& s = slam.statistics;
-  if (s.pieces_apart > 0)
-    return std::to_string(s.pieces_apart) +
-           " pieces of the trajectory were not joined; they are drawn beside the map";
-  if (!no_odometry && s.pieces < 2) return {};
-  const WallCrossings& crossings = slam.crossings;
-  if (crossings.share > kMostCrossing || crossings.worst_stretch > kMostOfStretch)
-    return eval::fixed(100.0 * crossings.share, 0) + " % of the rays cross walls, " +
-           eval::fixed(100.0 * crossings.worst_stretch, 0) +
-           " % on the worst stretch: a part of the map is likely wrong";
-  return {};
-}
-
-Result<LogRun> run(const Recording& recording, const GraphSlamOptions& options,
-                   const SlamProgress& progress) {
-  auto slam = run_graph_slam(recording, options, progress);
+Result<LogRun> run(GraphSlamOptions options, const StateFiles& files, const Recording& recording,
+                   const SlamArguments& arguments, const SlamProgress& progress) {
+  const auto saved = files.read();
+  if (!saved) return saved.error();
+  options.threads = arguments.threads;
+  std::vector<std::uint8_t> state;
+  auto slam =
+      run_graph_slam(recording, options, progress, *saved, files.to.empty() ? nullptr : &state);
   if (!slam) return slam.error();
+  if (auto ok = files.write(state, arguments.write()); !ok) return ok.error();
   const GraphSlamStatistics& s = slam->statistics;
   Facts facts = {{"graph", size_of(slam->graph)},
                  {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)}};
-  if (s.pieces > 1)
-    facts.emplace_back("pieces", std::to_string(s.pieces) + ", joins " +
-                                     accepted_and_refused(s.joins, s.joins_refused));
-  if (s.scans_apart > 0)
-    facts.emplace_back(
-        "not placed", std::to_string(s.scans_apart) + " scans, between pieces, at predicted poses");
+  const Facts pieces = piece_facts(s);
+  facts.insert(facts.end(), pieces.begin(), pieces.end());
   LogRun result = log_run(*slam, std::move(facts), slam->graph);
-  result.doubt = doubt(*slam, recording.odometry.empty());
+  result.doubt = piece_doubt(s, slam->crossings, s.scans);
   return result;
 }
 
@@ -85,13 +73,14 @@ Result<LogRun> run(const Recording& recording, const GraphSlamOptions& options,
 
 int main(int argc, char** argv) {
   GraphSlamOptions options;
+  StateFiles files;
   return run_log_program(
       argc, argv,
-      {"graph_slam", "graph SLAM",
+      {"graph_slam",
+       "graph SLAM",
        "Estimate trajectory and map from a recorded robot log by LiDAR graph SLAM.",
        fields(options),
-       [&](const Recording& recording, const SlamArguments& o, const SlamProgress& progress) {
-         options.threads = o.threads;
-         return run(recording, options, progress);
-       }});
+       std::bind_front(run, std::cref(options), std::cref(files)),
+       {},
+       [&](CommandLine& app) { files.add_options(app); }});
 }

@@ -27,7 +27,9 @@ Result<LogRun> run(HectorSlamOptions options, const UnitOptions& unit, const Rec
                               options, progress);
   if (!slam) return slam.error();
   const HectorStatistics& s = slam->statistics;
-  Facts facts = {{"in the map", std::to_string(s.scans_in_map)}};
+  const double mebibytes = static_cast<double>(slam->memory_bytes) / (1 << 20);
+  Facts facts = {{"in the map", std::to_string(s.scans_in_map)},
+                 {"memory", eval::fixed(mebibytes, 1) + " MiB"}};
   if (fuses) {
     facts.emplace_back("levelled", std::to_string(s.levelled_scans));
     facts.emplace_back("fused", std::to_string(s.fused_scans));

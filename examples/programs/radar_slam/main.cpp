@@ -21,7 +21,7 @@ using namespace wayfare::examples;
 struct Options : SlamArguments {
   std::string relations, sensors, config_file;
   std::size_t particles = 0;
-  bool draw_scans = false;
+  bool draw_scans = false, relations_by_scan = false;
   RadarSlamConfig config;
 };
 
@@ -52,6 +52,8 @@ Result<Inputs> read_inputs(const Options& o) {
   if (!truth) return truth.error();
   inputs.truth = *std::move(truth);
   auto relations = read_relations_or_none(o.relations);
+  if (!relations) return relations.error();
+  if (o.relations_by_scan) relations = eval::relations_by_scan(*relations, inputs.recording.scans);
   if (!relations) return relations.error();
   inputs.relations = *std::move(relations);
   inputs.sensors = sensors_of(o, inputs.recording);
@@ -114,6 +116,7 @@ SlamOutputs outputs_of(const Options& o, const Inputs& inputs, const Timed<Radar
        {"recording", eval::fixed(recording_s, 1) + " s"},
        {"took", speed(run.took_s, recording_s, 2)}},
       {}};
+  for (const auto& fact : piece_facts(s)) outputs.facts.push_back(fact);
   for (const SensorFault& f : slam.faults)
     outputs.facts.emplace_back("fault", f.what + " from " + eval::fixed(f.from.seconds(), 1) +
                                             " to " + eval::fixed(f.until.seconds(), 1) + " s");
@@ -127,12 +130,15 @@ SlamOutputs outputs_of(const Options& o, const Inputs& inputs, const Timed<Radar
   return outputs;
 }
 
-void add_doubts(const RadarSlamRun& slam, const Recording& recording, Doubt& doubt) {
+/// Pieces are joined by LiDAR scans.
+void add_doubts(const RadarSlamRun& slam, const Inputs& inputs, Doubt& doubt) {
+  const Recording& recording = inputs.recording;
   const RbpfStatistics& s = slam.statistics;
   doubt_share(doubt, slam.refused_scans, s.scans + slam.refused_scans, "scans are refused");
   doubt_share(doubt, s.matches_refused, s.matches + s.matches_refused, "matches are refused");
   doubt_odometry(doubt, recording, slam.trajectory);
-  doubt_leaps(doubt, recording);
+  if (inputs.sensors == SlamSensors::radar) doubt_leaps(doubt, recording);
+  if (const auto why = piece_doubt(s, slam.crossings, s.scans); !why.empty()) doubt.add(why);
 }
 
 Result<Doubt> run(Options o) {
@@ -147,7 +153,7 @@ Result<Doubt> run(Options o) {
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const PoseGraph2 no_graph;
   SlamOutputs outputs = outputs_of(o, *inputs, *run, no_graph);
-  add_doubts(run->slam, inputs->recording, inputs->doubt);
+  add_doubts(run->slam, *inputs, inputs->doubt);
   outputs.doubt = inputs->doubt.why;
   if (!o.quiet)
     std::printf("%s%s", to_text(outputs.facts).c_str(), to_text(tables_of(outputs)).c_str());
@@ -178,6 +184,7 @@ int main(int argc, char** argv) {
       .range(1, 100000);
   o.truth.add_options(app);
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
+  add_relations_by_scan(app, o.relations_by_scan);
   add_threads(app, o.threads);
   add_seed(app, o, kSeedHelp);
   app.add_file(

@@ -80,6 +80,7 @@ std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& o) {
           option_field("tracked_score", o.tracked_score),
           option_field("lost_score", o.lost_score),
           option_field("lost_scans", o.lost_scans),
+          option_field("lost_scans_without_odometry", o.lost_scans_without_odometry),
           option_field("nodes_between_loops", o.nodes_between_loops),
           option_field("loop_latency_scans", o.loop_latency_scans),
           option_field("loop_gap_travel_m", o.loop_gap_travel_m),

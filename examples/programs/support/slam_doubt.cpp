@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <wayfare/eval/table.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::examples {
@@ -94,6 +95,35 @@ void doubt_leaps(Doubt& doubt, const Recording& recording) {
   if (leaps > 0)
     doubt.add("odometry leaps at " + std::to_string(leaps) +
               " of its samples: it was set, or the robot was carried");
+}
+
+Facts piece_facts(const PieceStatistics& s) {
+  Facts facts;
+  if (s.odometry_leaps > 0) facts.emplace_back("odometry leaps", std::to_string(s.odometry_leaps));
+  if (s.pieces > 1)
+    facts.emplace_back("pieces", std::to_string(s.pieces) + ", joins " + std::to_string(s.joins) +
+                                     " accepted, " + std::to_string(s.joins_refused) + " refused");
+  if (s.short_apart > 0)
+    facts.emplace_back("not placed", std::to_string(s.scans_apart) + " scans of " +
+                                         std::to_string(s.short_apart) +
+                                         " short pieces: at predicted poses, not in the map");
+  return facts;
+}
+
+std::string piece_doubt(const PieceStatistics& s, const WallCrossings& crossings,
+                        std::size_t scans) {
+  constexpr double kMostCrossing = 0.08, kMostOfStretch = 0.16, kMostShort = 0.03;
+  if (s.pieces_apart > 0)
+    return std::to_string(s.pieces_apart) +
+           " pieces of the trajectory were not joined; they are drawn beside the map";
+  if (crossings.share > kMostCrossing || crossings.worst_stretch > kMostOfStretch)
+    return eval::fixed(100.0 * crossings.share, 0) + " % of the rays cross walls, " +
+           eval::fixed(100.0 * crossings.worst_stretch, 0) +
+           " % on the worst stretch: a part of the map is likely wrong";
+  if (static_cast<double>(s.scans_apart) > kMostShort * static_cast<double>(scans))
+    return std::to_string(s.scans_apart) + " of " + std::to_string(scans) +
+           " scans are in pieces too short to be placed";
+  return {};
 }
 
 }  // namespace wayfare::examples

@@ -7,8 +7,10 @@
 
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 #include "command_line.hpp"
+#include "slam_outputs.hpp"
 
 namespace wayfare::examples {
 
@@ -24,5 +26,13 @@ void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& 
 /// That odometry leaps, for systems that do not begin a new piece of the trajectory there: by more
 /// than 1.5 m and what a robot drives at 3 m/s.
 void doubt_leaps(Doubt& doubt, const Recording& recording);
+
+/// Of the pieces of a trajectory, where there are several.
+[[nodiscard]] Facts piece_facts(const PieceStatistics& pieces);
+/// Why a map of pieces is in doubt; empty if it is not: pieces not joined, more than a few per cent
+/// of the scans in short ones, rays through walls. With odometry in one piece people cross them,
+/// too: `crossings` are then 0.
+[[nodiscard]] std::string piece_doubt(const PieceStatistics& pieces, const WallCrossings& crossings,
+                                      std::size_t scans);
 
 }  // namespace wayfare::examples

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <wayfare/io/carmen.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
@@ -27,9 +28,7 @@ void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
   add_out(app, o);
   o.truth.add_options(app);
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
-  app.add_flag("--relations-by-scan", o.relations_by_scan,
-               "the times of --relations are numbers of scans, from 0: for logs with other clocks")
-      .needs("--relations");
+  add_relations_by_scan(app, o.relations_by_scan);
   app.add_file("--config", o.config, "JSON file of options; see --print-config");
   add_threads(app, o.threads);
   add_seed(app, o, "of the random numbers: " + program.system + " uses none");
@@ -133,12 +132,41 @@ Result<Doubt> run(const Arguments& o, const LogProgram& program) {
 
 }  // namespace
 
+void StateFiles::add_options(CommandLine& app) {
+  app.add_file("--continue", from,
+               "a map saved by an earlier run with the same options, to continue; LOG is the log "
+               "after it");
+  app.add_option("--save", to, "file to save the map to, for --continue").shown_as("FILE");
+  app.example("tuesday.log --continue monday.map --save both.map --out tuesday",
+              "goes on from the map that --save wrote before");
+}
+
+Result<std::vector<std::uint8_t>> StateFiles::read() const {
+  if (from.empty()) return std::vector<std::uint8_t>();
+  const auto file = io::read_file(from, {std::size_t{1} << 40});
+  if (!file) return file.error();
+  if (file->bytes.empty()) return Error{ErrorCode::parse, "is empty", from};
+  return std::vector<std::uint8_t>(file->bytes.begin(), file->bytes.end());
+}
+
+Result<void> StateFiles::write(const std::vector<std::uint8_t>& state,
+                               const io::WriteOptions& options) const {
+  if (to.empty()) return {};
+  return io::write_file(to, {reinterpret_cast<const char*>(state.data()), state.size()}, options);
+}
+
 Result<Truth> SlamArguments::read_truth(const Recording& recording) const {
   return truth.read(log, recording.truth, times_of(recording), topics);
 }
 
 void add_threads(CommandLine& app, int& threads) {
   app.add_number("--threads", threads, 1, 256, kThreadsHelp);
+}
+
+void add_relations_by_scan(CommandLine& app, bool& by_scan) {
+  app.add_flag("--relations-by-scan", by_scan,
+               "the times of --relations are numbers of scans, from 0: for logs with other clocks")
+      .needs("--relations");
 }
 
 void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& text) {

@@ -38,6 +38,7 @@ struct SlamArguments : OutputArguments {
 };
 
 void add_threads(CommandLine& app, int& threads);
+void add_relations_by_scan(CommandLine& app, bool& by_scan);
 void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& text);
 
 /// The file formats of `read_robot_log`, for --help.
@@ -92,6 +93,19 @@ void print_refused_scans(std::size_t count, const std::string& first);
 
 /// Prints facts, tables and the path of the report.
 void print_report(const SlamOutputs& outputs, const std::string& report);
+
+/// Files of a system's state, with which it continues after another log.
+struct StateFiles {
+  std::string from, to;  ///< none if empty
+
+  /// --continue and --save.
+  void add_options(CommandLine& app);
+  /// Of `from`, if there is one.
+  [[nodiscard]] Result<std::vector<std::uint8_t>> read() const;
+  /// To `to`, if there is one.
+  [[nodiscard]] Result<void> write(const std::vector<std::uint8_t>& state,
+                                   const io::WriteOptions& options) const;
+};
 
 /// Result of a system on a log.
 struct LogRun {

@@ -136,9 +136,11 @@ struct SlamNodeOptions {
 struct SlamNodeOutput {
   std::vector<TransformStamped> transforms;  ///< on /tf
   std::vector<PoseStamped> poses;            ///< of the robot in the map
-  std::optional<Path> path;                  ///< all poses, with each map
-  std::optional<OccupancyGrid> map;          ///< every `map_period_s`
-  std::vector<Notice> notices;               ///< for the log
+  /// All poses, with each map. Where tracking was lost, path and map are of the part of the map
+  /// where the robot is, until it is joined to the others; the notices say so.
+  std::optional<Path> path;
+  std::optional<OccupancyGrid> map;  ///< every `map_period_s`
+  std::vector<Notice> notices;       ///< for the log
 };
 
 class LaserSlam;
@@ -213,6 +215,7 @@ class SlamNode {
   [[nodiscard]] bool has_reached(Awaited& stream, LogTime time, double now_s);
   [[nodiscard]] bool motion_is_known(LogTime time, double now_s);
   [[nodiscard]] MotionHint hint(LogTime time) const;
+  [[nodiscard]] bool leaped(LogTime time) const;
   [[nodiscard]] Result<ScanOutcome> add_deskewed(const wayfare::LaserScan& scan);
   void process_scan(double now_s, SlamNodeOutput& out);
   void placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNodeOutput& out);
@@ -226,6 +229,7 @@ class SlamNode {
   void publish_pose(LogTime time, const SE2d& T_map_base, const MotionHint& hint,
                     SlamNodeOutput& out) const;
   void publish_map(double now_s, SlamNodeOutput& out);
+  void say_pieces(double now_s);
   void wait_for(std::string what, double now_s);
 
   SlamNodeOptions options_;
@@ -236,8 +240,14 @@ class SlamNode {
   Sensed<wayfare::LaserScan> lasers_;
   Sensed<wayfare::RadarScan> radar_;
   RadarMessage radar_message_ = RadarMessage::none;
-  std::vector<OdometrySample> odometry_;    ///< continuous: joined at resets
-  std::optional<SE2d> T_joined_odom_;       ///< from odometry as received to the joined one
+  std::vector<OdometrySample> odometry_;  ///< continuous: joined at resets
+  std::optional<SE2d> T_joined_odom_;     ///< from odometry as received to the joined one
+  /// Between two samples odometry was set, or the robot carried.
+  struct Leap {
+    LogTime from, to;
+  };
+  std::vector<Leap> leaps_;
+  PieceStatistics said_;                    ///< in notices
   std::optional<LogTime> odometry_passed_;  ///< passed to the stream
   std::vector<GyroSample> gyro_;
   std::deque<MargSample> unit_;  ///< not passed to the system yet, in order of time

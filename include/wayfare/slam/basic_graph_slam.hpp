@@ -3,7 +3,10 @@
 // Graph SLAM with a scan matcher of your own. GraphSlam of graph_slam.hpp, with the matcher of the
 // library, is compiled once and faster to include.
 
+#include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include <wayfare/match/scan_matcher.hpp>
 #include <wayfare/slam/detail/graph_slam/engine.hpp>
@@ -60,6 +63,18 @@ class BasicGraphSlam {
     return engine_.wall_crossings(map);
   }
 
+  /// As GraphSlam::save; the state does not tell the matcher.
+  [[nodiscard]] std::vector<std::uint8_t> save() { return engine_.save(); }
+  /// Continues from a saved state, with the matcher and the options it was saved under. Errors as
+  /// GraphSlam::restore.
+  [[nodiscard]] static Result<BasicGraphSlam> restore(std::span<const std::uint8_t> bytes,
+                                                      const M& matcher,
+                                                      const GraphSlamOptions& options = {}) {
+    BasicGraphSlam slam(matcher, options);
+    if (auto ok = slam.engine_.restore(bytes); !ok) return ok.error();
+    return slam;
+  }
+
  private:
   detail::GraphSlamEngine<detail::MatcherMatching<M>> engine_;
 };
@@ -68,9 +83,14 @@ class BasicGraphSlam {
 template <MappingMatcher M>
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, const M& matcher,
                                     GraphSlamOptions options = {},
-                                    const SlamProgress& progress = {}) {
+                                    const SlamProgress& progress = {},
+                                    std::span<const std::uint8_t> saved = {},
+                                    std::vector<std::uint8_t>* state = nullptr) {
   options.T_base_laser = recording.T_base_laser;
-  return detail::run_over(BasicGraphSlam<M>(matcher, options), recording, progress);
+  if (saved.empty())
+    return detail::run_over(BasicGraphSlam<M>(matcher, options), recording, progress, state);
+  auto slam = BasicGraphSlam<M>::restore(saved, matcher, options);
+  return slam ? detail::run_over(*std::move(slam), recording, progress, state) : slam.error();
 }
 
 }  // namespace wayfare

@@ -85,27 +85,14 @@ struct GraphSlamOptions {
 };
 
 /// Counts of scans, searches and loop closures.
-struct GraphSlamStatistics {
+struct GraphSlamStatistics : PieceStatistics {
   std::size_t scans = 0;             ///< accepted
   std::size_t unmatched_scans = 0;   ///< kept at their predicted pose
   std::size_t widened_searches = 0;  ///< scans matched in the wider window
   std::size_t loop_closures = 0;     ///< accepted
   std::size_t loops_refused = 0;     ///< candidates matched and rejected
   std::size_t optimisations = 0;     ///< of the graph
-  std::size_t odometry_leaps = 0;    ///< changes of odometry that no motion explains
-  std::size_t pieces = 0;            ///< of the trajectory: one more whenever tracking was lost
-  std::size_t joins = 0;             ///< of pieces, by loops found without a prior pose
-  std::size_t joins_refused = 0;     ///< such loops contradicted by walls or by another place
-  std::size_t pieces_apart = 0;      ///< not joined: beside the map, at poses of their own
-  std::size_t scans_apart = 0;       ///< in pieces of a few nodes not joined: at predicted poses
   MatcherErrors matcher_errors;      ///< of the matcher's Errors and invalid results
-};
-
-/// Shares of rays that cross walls of a map a metre or more before their ends: some hundredths in a
-/// map without mistakes, where people walk and doors move.
-struct WallCrossings {
-  double share = 0.0;          ///< of all
-  double worst_stretch = 0.0;  ///< of those of 60 nodes in succession: the largest
 };
 
 /// Processes one scan at a time. Not thread-safe; results do not depend on timing or threads.
@@ -160,9 +147,12 @@ struct GraphSlamRun {
   WallCrossings crossings;         ///< by the map; 0 with odometry and one piece: not checked
 };
 
-/// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times. Returns an
-/// Error if no scan could be used.
+/// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times, continuing
+/// from `saved` if not empty; `state`, if given, becomes GraphSlam::save() after the last scan.
+/// Returns an Error if no scan could be used.
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options = {},
-                                    const SlamProgress& progress = {});
+                                    const SlamProgress& progress = {},
+                                    std::span<const std::uint8_t> saved = {},
+                                    std::vector<std::uint8_t>* state = nullptr);
 
 }  // namespace wayfare

@@ -102,6 +102,8 @@ class HectorSlamSystem {
   [[nodiscard]] const Trajectory& trajectory() const;
   /// The finest grid.
   [[nodiscard]] const OccupancyGrid& map() const;
+  /// Bytes used by grids and tables.
+  [[nodiscard]] std::size_t memory_bytes() const;
   /// Counts so far.
   [[nodiscard]] const HectorStatistics& statistics() const;
   /// After a scan the filter is at the scan's time with the match fused. Its state is meaningless
@@ -142,6 +144,7 @@ struct HectorRun {
   HectorStatistics statistics;    ///< counts
   std::size_t refused_scans = 0;  ///< by add_scan
   std::string first_refusal;      ///< reason for the first of them
+  std::size_t memory_bytes = 0;   ///< of the grids and tables at the end
 };
 
 /// Runs Hector SLAM over `recording`, without an inertial unit. Returns an Error if no scan could

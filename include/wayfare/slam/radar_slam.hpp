@@ -63,7 +63,7 @@ struct RbpfOutcome {
 };
 
 /// Counts of scans, matches and resamplings.
-struct RbpfStatistics {
+struct RbpfStatistics : PieceStatistics {
   std::size_t scans = 0,           ///< accepted
       updates = 0;                 ///< that updated the filter
   std::size_t without_points = 0;  ///< scans with too few points
@@ -75,6 +75,10 @@ struct RbpfStatistics {
 };
 
 /// Takes motion and scans in order of time. Not thread-safe; results do not depend on threads.
+///
+/// Where odometry leaps or LiDAR scans match no longer, a new piece of the trajectory begins beside
+/// the map, with a filter of its own. It is joined as in graph SLAM, by LiDAR scans; the earlier
+/// filter is then given its scans again, which takes as long as they took.
 class RadarSlam {
  public:
   /// By exhaustive search.
@@ -97,14 +101,24 @@ class RadarSlam {
   /// Detections of one augmented radar scan, in the base frame at `time`; all must be finite.
   Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points_base);
 
-  /// One pose per accepted scan, along the best particle's trajectory.
+  /// Searches for joins of pieces from all of them; more scans may follow.
+  void finish();
+
+  /// One pose per accepted scan, along the best particle's trajectory: of each part of the map,
+  /// those not joined beside the others.
   [[nodiscard]] Trajectory trajectory() const;
+  /// Of the latest part alone, as are poses, maps and particles that follow.
+  [[nodiscard]] Trajectory latest_trajectory() const;
   /// The same along another particle's, in the order of `particles()`.
   [[nodiscard]] Trajectory trajectory(std::size_t particle) const;
   /// The last of the best particle's poses; none before the first scan.
   [[nodiscard]] std::optional<StampedPose> pose() const;
   [[nodiscard]] const OccupancyGrid& lidar_map() const;  ///< of the best particle
   [[nodiscard]] const OccupancyGrid& radar_map() const;  ///< of the best particle
+  /// Of the best particles of all parts.
+  [[nodiscard]] RbpfMaps all_maps() const;
+  /// Of every third LiDAR scan that is used for joins, through the walls of a map of these scans.
+  [[nodiscard]] WallCrossings wall_crossings() const;
   /// Empty before the first scan.
   [[nodiscard]] std::span<const RbpfParticle<RbpfMaps>> particles() const;
   /// Of the particles, normalised.
@@ -177,13 +191,14 @@ struct RadarSlamRun {
   OccupancyGrid lidar_map,             ///< the best particle's
       radar_map;                       ///< likewise
   RbpfStatistics statistics;           ///< counts
-  std::vector<StampedPose> particles;  ///< their last poses
+  std::vector<StampedPose> particles;  ///< of the latest piece: their last poses
   std::vector<double> log_weights;     ///< of the particles, normalised
   std::vector<Trajectory> paths;       ///< of the particles; with RadarSlamOptions::keep_paths only
   std::vector<SensorFault> faults;     ///< of wheels and gyro
   double gyro_bias_rad_s = 0.0;        ///< estimate at the end
   std::size_t refused_scans = 0;       ///< by add_lidar and add_radar
   std::string first_refusal;           ///< reason for the first of them
+  WallCrossings crossings;             ///< of several pieces; else 0
 
   /// The map of the sensor that frees cells, if used.
   [[nodiscard]] const OccupancyGrid& map() const {
@@ -246,6 +261,9 @@ class RadarSlamStream {
   std::optional<LogTime> step();
   /// The stream that delays a scan ("odometry"); empty if none. Not determined with wheels.
   [[nodiscard]] std::string_view waits_for() const;
+
+  /// As RadarSlam::finish.
+  void join_pieces();
 
   [[nodiscard]] const RadarSlam& slam() const;  ///< the filter
   /// Of the sensor that frees cells, if used.

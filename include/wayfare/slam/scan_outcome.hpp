@@ -41,6 +41,24 @@ struct ScanOutcome {
   MatcherErrors matcher_errors;  ///< at this scan, or in the search for loops joined at it
 };
 
+/// Counts of the pieces of a trajectory: a new one begins where tracking is lost or odometry leaps.
+struct PieceStatistics {
+  std::size_t odometry_leaps = 0;  ///< changes of odometry that no motion explains
+  std::size_t pieces = 0;          ///< of the trajectory: one more whenever tracking was lost
+  std::size_t joins = 0;           ///< of pieces, by loops found without a prior pose
+  std::size_t joins_refused = 0;   ///< such loops contradicted by walls or by another place
+  std::size_t pieces_apart = 0;    ///< others not joined: beside the map, at poses of their own
+  std::size_t short_apart = 0;     ///< of less than four nodes, not joined and not drawn …
+  std::size_t scans_apart = 0;     ///< … and the scans in these, at predicted poses
+};
+
+/// Shares of rays that cross walls of a map a metre or more before their ends: some hundredths in a
+/// map without mistakes, where people walk and doors move.
+struct WallCrossings {
+  double share = 0.0;          ///< of all
+  double worst_stretch = 0.0;  ///< of those of 20 scans in succession: the largest
+};
+
 /// Called with the fraction done; return false to stop and keep the results so far.
 using SlamProgress = std::function<bool(double fraction)>;
 

@@ -3,7 +3,8 @@
 // SLAM with submaps and loop closure (after Hess et al. 2016): every scan is matched to a submap of
 // the latest scans on a smooth grid, or by another matcher; finished submaps are searched for loop
 // closures by branch and bound in the background; poses of submaps and scans are optimised
-// together.
+// together. Where tracking is lost a new piece of the trajectory begins beside the map, and is
+// joined to it as in graph SLAM.
 
 #include <concepts>
 #include <cstddef>
@@ -60,8 +61,11 @@ struct SubmapSlamOptions {
   double min_score = 0.1;       ///< agreement in [0, 1] below which the predicted pose is kept
   double tracked_score = 0.55;  ///< agreement below which a wider search follows …
   double lost_score = 0.50;     ///< … whose agreement with a broader field must reach this
-  /// After this number of consecutive scans without agreement a new submap starts, weakly joined.
+  /// After this number of consecutive scans without agreement a new piece of the trajectory begins;
+  /// where they have too few points, a new submap, weakly joined.
   int lost_scans = 5;
+  /// The same without odometry, where the agreement must be as usual; 0: no pieces then.
+  int lost_scans_without_odometry = 2;
 
   // Loop closures.
   int nodes_between_loops = 3;      ///< nodes between searches …
@@ -91,10 +95,13 @@ struct SubmapSlamOptions {
 struct MotionHint {
   std::optional<Transform2<frame::Odom, frame::Base>> odometry{};  ///< at the scan's time
   std::optional<Angle> turn{};  ///< heading change since the previous scan, by a gyroscope
+  /// Odometry was set, or the robot carried, since the previous scan. Where `odometry` moves
+  /// farther than a robot drives it need not be told.
+  bool leaped = false;
 };
 
 /// Counts of scans, submaps and loop closures.
-struct SubmapSlamStatistics {
+struct SubmapSlamStatistics : PieceStatistics {
   std::size_t scans = 0,          ///< accepted
       unmatched_scans = 0,        ///< kept at their prediction
       nodes = 0,                  ///< in the graph
@@ -140,8 +147,18 @@ class SubmapSlamSystem {
   /// Of all nodes kept, at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;
+  /// The same of the part of the map that the latest scan belongs to: of its piece of the
+  /// trajectory and those joined to it.
+  [[nodiscard]] OccupancyGrid latest_part(const OccupancyGridOptions& shape = {},
+                                          const InverseLidarModel& model = {}) const;
+  /// The poses of scans in that part.
+  [[nodiscard]] Trajectory latest_trajectory() const;
+  /// Of every third node's rays through the walls of its map.
+  [[nodiscard]] WallCrossings wall_crossings(const OccupancyGrid& map) const;
   /// Bytes used by points, grids and tables.
   [[nodiscard]] std::size_t memory_bytes() const;
+  /// Drops the search tables of finished submaps, which are made again when needed.
+  void drop_tables();
 
   /// The complete state, to continue later as if without interruption.
   [[nodiscard]] std::vector<std::uint8_t> save() const;
@@ -214,6 +231,8 @@ struct SubmapSlamRun {
   std::size_t refused_scans = 0;    ///< by add_scan
   std::string first_refusal;        ///< reason for the first of them
   std::size_t memory_bytes = 0;     ///< at the end
+  /// By the map; 0 with odometry that does not leap and one piece: not checked.
+  WallCrossings crossings;
   std::vector<std::uint8_t> state;  ///< SubmapSlam::save() at the end
 };
 

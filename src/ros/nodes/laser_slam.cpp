@@ -20,8 +20,9 @@ class SubmapRunner final : public LaserSlam {
     return slam_.add_scan(scan, hint);
   }
   Result<void> finish() override { return slam_.finish(); }
-  [[nodiscard]] Trajectory trajectory() const override { return slam_.trajectory(); }
-  [[nodiscard]] wayfare::OccupancyGrid map() const override { return slam_.map(map_); }
+  [[nodiscard]] Trajectory trajectory() const override { return slam_.latest_trajectory(); }
+  [[nodiscard]] wayfare::OccupancyGrid map() const override { return slam_.latest_part(map_); }
+  [[nodiscard]] PieceStatistics pieces() const override { return slam_.statistics(); }
   [[nodiscard]] SE2d T_odom_base() const override { return slam_.local().T_local_base.raw(); }
 
  private:
@@ -39,8 +40,11 @@ class WalkerRunner final : public LaserSlam {
     return slam_.add_scan(scan);
   }
   Result<void> finish() override { return slam_.finish(); }
-  [[nodiscard]] Trajectory trajectory() const override { return slam_.slam().trajectory(); }
-  [[nodiscard]] wayfare::OccupancyGrid map() const override { return slam_.slam().map(map_); }
+  [[nodiscard]] Trajectory trajectory() const override { return slam_.slam().latest_trajectory(); }
+  [[nodiscard]] wayfare::OccupancyGrid map() const override {
+    return slam_.slam().latest_part(map_);
+  }
+  [[nodiscard]] PieceStatistics pieces() const override { return slam_.slam().statistics(); }
   [[nodiscard]] SE2d T_odom_base() const override {
     return slam_.slam().local().T_local_base.raw();
   }

@@ -22,8 +22,11 @@ class LaserSlam {
   /// More scans may follow.
   virtual Result<void> finish() = 0;
 
+  /// Of the part of the map where the robot is: of its piece of the trajectory and those joined to
+  /// it.
   [[nodiscard]] virtual Trajectory trajectory() const = 0;
   [[nodiscard]] virtual wayfare::OccupancyGrid map() const = 0;
+  [[nodiscard]] virtual PieceStatistics pieces() const { return {}; }
   /// The latest pose from matching alone, without jumps.
   [[nodiscard]] virtual SE2d T_odom_base() const = 0;
 };

@@ -117,9 +117,11 @@ void SlamNode::add(const Odometry& message, double now_s) {
       if (moved_m > kSlack_m + options_.max_speed_mps * to_seconds(*time - last.time)) {
         notices_.add(Severity::warning, "leap",
                      "odometry jumped by " + std::to_string(moved_m) +
-                         " m: taken as a reset, with the robot at rest",
+                         " m: it was set, or the robot was carried",
                      now_s);
-        T_joined_odom_ = before * T_odom_base.inverse();
+        // Where scans of a laser tell which, they begin a piece; a radar alone cannot.
+        if (options_.sensors != SlamSensors::both) T_joined_odom_ = before * T_odom_base.inverse();
+        leaps_.push_back({last.time, *time});
       }
     }
   }
@@ -203,6 +205,8 @@ void SlamNode::begin_anew(LogTime at) {
   lasers_.last_received.reset();
   radar_.last_received.reset();
   last_scan_.reset();
+  leaps_.clear();
+  said_ = {};
   settled_ = true;
   // Data of the other topics up to the jump back is dropped, too.
   const LogTime until = at + from_seconds(options_.jump_back_s);

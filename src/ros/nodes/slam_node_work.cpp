@@ -57,11 +57,13 @@ SlamNodeOutput SlamNode::finish(double now_s) {
     pass_to_stream();
     stream_->finish();
     while (step(now_s, out)) continue;
+    stream_->join_pieces();
   } else if (const auto done = slam_->finish(); !done) {
     out.notices.push_back(
         {Severity::error, "the graph could not be optimised: " + done.error().to_string()});
   }
   settled_ = true;
+  say_pieces(now_s);
   publish_map(now_s, out);
   return out;
 }
@@ -140,9 +142,16 @@ MotionHint SlamNode::hint(LogTime time) const {
   const Duration gap = from_seconds(options_.odometry_gap_s);
   if (!odometry_.empty() && odometry_.front().time - gap < time &&
       time < odometry_.back().time + gap)
-    return {OdometryTrack(odometry_).at(time), {}};
+    return {OdometryTrack(odometry_).at(time), {}, leaped(time)};
   if (last_scan_ && !gyro_.empty()) return {{}, GyroTurn(gyro_).between(*last_scan_, time)};
   return {};
+}
+
+/// Whether odometry leaped between the last scan and one at this time.
+bool SlamNode::leaped(LogTime time) const {
+  return last_scan_ && std::ranges::any_of(leaps_, [&](const Leap& leap) {
+           return leap.from < time && *last_scan_ < leap.to;
+         });
 }
 
 Result<ScanOutcome> SlamNode::add_deskewed(const wayfare::LaserScan& scan) {
@@ -181,10 +190,12 @@ void SlamNode::placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNo
   last_placed_s_ = now_s;
   settled_ = false;
   publish_pose(time, T_map_base, motion, out);
+  say_pieces(now_s);
   if (now_s >= last_map_s_ + options_.map_period_s) publish_map(now_s, out);
   const LogTime needed = time - from_seconds(1.0);
   forget_before(odometry_, needed);
   forget_before(gyro_, needed);
+  std::erase_if(leaps_, [&](const Leap& leap) { return leap.to < needed; });
 }
 
 bool SlamNode::has_stream(double now_s) {
@@ -275,10 +286,27 @@ void SlamNode::publish_pose(LogTime time, const SE2d& T_map_base, const MotionHi
 
 void SlamNode::publish_map(double now_s, SlamNodeOutput& out) {
   last_map_s_ = now_s;
-  const auto trajectory = stream_ ? stream_->slam().trajectory() : slam_->trajectory();
+  const auto trajectory = stream_ ? stream_->slam().latest_trajectory() : slam_->trajectory();
   out.path = path_of(trajectory, options_.map_frame);
   out.map = message_of(io::grid_image(stream_ ? stream_->map() : slam_->map()), *last_scan_,
                        options_.map_frame);
+}
+
+void SlamNode::say_pieces(double now_s) {
+  const PieceStatistics now =
+      stream_ ? PieceStatistics(stream_->slam().statistics()) : slam_->pieces();
+  const std::string piece = "piece " + std::to_string(now.pieces);
+  if (now.pieces > std::max<std::size_t>(said_.pieces, 1))
+    notices_.add(Severity::warning, piece,
+                 "tracking was lost: begins " + piece +
+                     " of the trajectory; map and path are of it alone until it is joined",
+                 now_s);
+  if (now.joins > said_.joins)
+    notices_.add(Severity::info, "join " + std::to_string(now.joins),
+                 "joined pieces of the trajectory: " + std::to_string(now.joins) + " of " +
+                     std::to_string(now.pieces - 1),
+                 now_s);
+  said_ = now;
 }
 
 void SlamNode::wait_for(std::string what, double now_s) {

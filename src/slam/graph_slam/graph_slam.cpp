@@ -40,9 +40,13 @@ WallCrossings GraphSlam::wall_crossings(const OccupancyGrid& map) const {
 }
 
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options,
-                                    const SlamProgress& progress) {
+                                    const SlamProgress& progress,
+                                    std::span<const std::uint8_t> saved,
+                                    std::vector<std::uint8_t>* state) {
   options.T_base_laser = recording.T_base_laser;
-  return detail::run_over(GraphSlam(options), recording, progress);
+  if (saved.empty()) return detail::run_over(GraphSlam(options), recording, progress, state);
+  auto slam = GraphSlam::restore(saved, options);
+  return slam ? detail::run_over(*std::move(slam), recording, progress, state) : slam.error();
 }
 
 }  // namespace wayfare

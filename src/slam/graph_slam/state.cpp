@@ -8,6 +8,7 @@
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/slam/detail/graph_slam/state.hpp>
 
+#include "slam/pieces_archive.hpp"
 #include "slam/state_archive.hpp"
 
 namespace wayfare::detail {
@@ -26,29 +27,6 @@ void field(A& a, PointSet& points) {
   });
   if constexpr (A::kReads)
     for (const Eigen::Vector2f& p : xy) points.push_back(p);
-}
-
-}  // namespace
-
-/// The fields of a LossDetector.
-struct LossState {
-  template <class A>
-  static void fields(A& a, LossDetector& loss) {
-    Gap& gap = loss.gap_;
-    wayfare::fields(a, loss.matched_at_, loss.last_scan_, loss.unsure_, gap.silent_s_, gap.usual_s_,
-                    gap.variance_);
-  }
-  static bool is_valid(const LossDetector& loss) {
-    return is_count(loss.unsure_) && loss.gap_.usual_s_ >= 0.0 &&
-           (loss.gap_.variance_.array() >= 0.0).all();
-  }
-};
-
-namespace {
-
-template <class A>
-void field(A& a, Piece& piece) {
-  fields(a, piece.first, piece.part, piece.before, piece.T_before_first, piece.reach_m);
 }
 
 template <class A>
@@ -79,21 +57,6 @@ bool has_valid_counters(const GraphSlamState& s) {
          s.kept <= latest && s.usual_sharp >= 0.0 && s.usual_sharp <= 1.0;
 }
 
-/// Whether pieces begin one after another, the first at node 0, and belong to parts that begin no
-/// later.
-bool has_valid_pieces(NodeMap& nodes) {
-  const std::vector<Piece>& pieces = nodes.all_pieces();
-  if (pieces.empty() || pieces.front().first != 0) return false;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const Piece& p = pieces[i];
-    if (p.first >= nodes.size() || p.before < 0 || p.before > p.first || !(p.reach_m >= 0.0) ||
-        !is_near(p.T_before_first) || !in(p.part, i + 1) || nodes.piece(p.part).part != p.part ||
-        (i > 0 && p.first < pieces[i - 1].first))
-      return false;
-  }
-  return has_valid_edges(nodes.graph(), nodes.possible_joins());
-}
-
 /// Whether all indices are valid and the invariants of the class hold. The digest does not show
 /// that: whoever changes a state can compute it.
 bool is_valid(GraphSlamState& s) {
@@ -104,7 +67,8 @@ bool is_valid(GraphSlamState& s) {
            s.nodes.all_pieces().empty() && s.nodes.possible_joins().empty();
   return s.nodes.views().size() == poses && !s.scans.empty() &&
          std::ranges::all_of(graph.poses, is_near) && has_valid_edges(graph, graph.edges) &&
-         has_valid_pieces(s.nodes) && LossState::is_valid(s.loss) &&
+         has_valid_pieces(s.nodes, s.nodes.size()) &&
+         has_valid_edges(graph, s.nodes.possible_joins()) && LossState::is_valid(s.loss) &&
          std::ranges::is_sorted(s.scans, {}, &ScanPose::time) &&
          std::ranges::all_of(
              s.scans,

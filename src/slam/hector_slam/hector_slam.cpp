@@ -76,6 +76,7 @@ class HectorSlamSystem::Engine {
 
   [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
   [[nodiscard]] const OccupancyGrid& map() const { return map_.finest(); }
+  [[nodiscard]] std::size_t memory_bytes() const { return map_.memory_bytes(); }
   [[nodiscard]] const HectorStatistics& statistics() const { return statistics_; }
   [[nodiscard]] const CarrierFilter& carrier() const { return carrier_; }
 
@@ -295,6 +296,7 @@ Result<ScanOutcome> HectorSlamSystem::add_scan(const LaserScan& scan,
 }
 const Trajectory& HectorSlamSystem::trajectory() const { return engine_->trajectory(); }
 const OccupancyGrid& HectorSlamSystem::map() const { return engine_->map(); }
+std::size_t HectorSlamSystem::memory_bytes() const { return engine_->memory_bytes(); }
 const HectorStatistics& HectorSlamSystem::statistics() const { return engine_->statistics(); }
 const CarrierFilter& HectorSlamSystem::carrier() const { return engine_->carrier(); }
 
@@ -325,8 +327,8 @@ Result<HectorRun> detail::run(HectorSlamSystem& slam, const Recording& recording
     });
   });
   if (!refused) return refused.error();
-  return HectorRun{slam.trajectory(), slam.map(), slam.statistics(), refused->count,
-                   std::move(refused->first)};
+  return HectorRun{slam.trajectory(),         slam.map(),         slam.statistics(), refused->count,
+                   std::move(refused->first), slam.memory_bytes()};
 }
 
 }  // namespace wayfare

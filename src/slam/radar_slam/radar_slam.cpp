@@ -1,304 +1,11 @@
 #include <wayfare/slam/radar_slam.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <optional>
-#include <utility>
-
 #include <wayfare/core/contract.hpp>
-#include <wayfare/core/parallel.hpp>
-#include <wayfare/slam/detail/motion.hpp>
-#include <wayfare/slam/detail/scans.hpp>
+#include <wayfare/match/correlative.hpp>
 
-#include "slam/radar_slam/sensor_step.hpp"
-#include "slam/radar_slam/wall_points.hpp"
+#include "slam/radar_slam/engine.hpp"
 
 namespace wayfare {
-namespace {
-
-/// A scan with the motion since the previous update, predicted or matched.
-struct PlacedScan {
-  LogTime time;
-  std::size_t update;
-  SE2d since;
-  bool matched = false;
-};
-
-enum Sensor { kLidar, kRadar };
-
-}  // namespace
-
-class RadarSlam::Engine {
- public:
-  Engine(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options)
-      : options_(options) {
-    if (options_.radar.density)
-      options_.radar.density->hit_probability = options.radar_hit_probability;
-    const std::size_t threads = static_cast<std::size_t>(std::max(1, options.threads));
-    for (std::size_t k = 0; k < std::min(threads, options.particles); ++k)
-      workers_.push_back({{SensorStep(options_.lidar, options.proposal, make()),
-                           SensorStep(options_.radar, options.proposal, make())},
-                          ScanRaster()});
-  }
-
-  Result<void> move(const Gaussian<SE2d>& increment) {
-    const Gaussian<SE2d> moved = compose(moved_, increment);
-    const auto valid = [](const Gaussian<SE2d>& g) {
-      return detail::finite(g.mean) && is_positive_semidefinite(g.covariance);
-    };
-    if (!valid(increment) || !detail::finite(moved.mean) || !moved.covariance.allFinite())
-      return Error{ErrorCode::invalid,
-                   "the motion is not finite or its covariance not positive semi-definite"};
-    if (filter_) {
-      moved_ = moved;
-      tracked_ = tracked_ * increment.mean;
-    }
-    return {};
-  }
-
-  Result<RbpfOutcome> add_lidar(const LaserScan& scan) {
-    if (auto ok = detail::check_beams(scan); !ok) return ok.error();
-    if (auto ok = in_time(scan.time, kLidar); !ok) return ok.error();
-    const PointSet points = thin(end_points(scan, options_.T_base_laser.raw()),
-                                 static_cast<float>(options_.lidar.point_spacing_m),
-                                 static_cast<float>(options_.lidar.max_range_m));
-    return process(scan.time, kLidar, points, &scan);
-  }
-
-  Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points) {
-    if (auto ok = in_time(time, kRadar); !ok) return ok.error();
-    for (std::size_t i = 0; i < points.size(); ++i)
-      if (!points[i].allFinite())
-        return Error{ErrorCode::invalid, "a detection of the scan is not finite"};
-    return process(time, kRadar,
-                   thin(points, static_cast<float>(options_.radar.point_spacing_m),
-                        static_cast<float>(options_.radar.max_range_m)),
-                   nullptr);
-  }
-
-  [[nodiscard]] Trajectory trajectory() const {
-    return filter_ ? trajectory(filter_->best()) : Trajectory();
-  }
-  [[nodiscard]] Trajectory trajectory(std::size_t particle) const {
-    const Trajectory path = filter_->trajectory(particle);
-    Trajectory poses;
-    for (const PlacedScan& s : scans_) poses.push_back({s.time, pose_of(path, s)});
-    return poses;
-  }
-  [[nodiscard]] std::optional<StampedPose> pose() const {
-    if (scans_.empty()) return std::nullopt;
-    const SE2d& updated = filter_->particles()[filter_->best()].pose;
-    return StampedPose{scans_.back().time, MapPose(updated * scans_.back().since)};
-  }
-  [[nodiscard]] const Rbpf<RbpfMaps>* filter() const { return filter_ ? &*filter_ : nullptr; }
-  [[nodiscard]] const RbpfMaps& maps() const {
-    return filter_ ? filter_->particles()[filter_->best()].map : blank_;
-  }
-  [[nodiscard]] const RbpfStatistics& statistics() const { return statistics_; }
-
- private:
-  struct Worker {
-    std::array<SensorStep, 2> match;  // of LiDAR and radar
-    ScanRaster raster;
-  };
-  /// Of LiDAR or radar.
-  struct SensorState {
-    std::optional<LogTime> last;  // time of the latest scan
-    bool has_scans = false;       // in the filter
-    SE2d at_map, at_update;  // pose of the last scan in the maps, and in the filter, relative to
-                             // the last update
-  };
-
-  Result<void> in_time(LogTime time, Sensor sensor) const {
-    if (sensors_[sensor].last && time <= *sensors_[sensor].last)
-      return Error{ErrorCode::invalid, "the scan is not later than the one before"};
-    if (!scans_.empty() && time < scans_.back().time)
-      return Error{ErrorCode::invalid, "the scan is earlier than another sensor's before it"};
-    return {};
-  }
-
-  Result<RbpfOutcome> process(LogTime time, Sensor sensor, const PointSet& points,
-                              const LaserScan* scan) {
-    sensors_[sensor].last = time;
-    ++statistics_.scans;
-    const RbpfSensorOptions& options = of(sensor);
-    const bool enough = points.size() >= options.min_points;
-    statistics_.without_points += enough ? 0 : 1;
-    if (!filter_) begin(time);
-    Result<RbpfOutcome> outcome = RbpfOutcome{};
-    std::optional<SE2d> seen;  // motion since the last update, by a match
-    MatcherErrors errors;
-    bool now = due(time, sensor, moved_.mean);
-    if (enough && !now && sensor == kLidar && options_.match_skipped) {
-      seen = motion_by_match(points, errors);
-      now = seen && due(time, sensor, *seen);
-    }
-    if (enough && now) {
-      outcome = update(time, sensor, points, scan, errors);
-      seen.reset();
-    }
-    MatcherErrors placed;
-    placed.add(errors, "scan");
-    statistics_.matcher_errors.add(placed);
-    if (outcome) outcome->matcher_errors = std::move(placed);
-    scans_.push_back({time, increments_.size(), seen.value_or(moved_.mean), seen.has_value()});
-    return outcome;
-  }
-
-  /// Step 3: all particles at the origin, with empty maps.
-  void begin(LogTime time) {
-    filter_.emplace(options_.particles, StampedPose{time, MapPose(SE2d())}, blank_, options_.seed);
-    updated_ = time;
-  }
-
-  [[nodiscard]] const RbpfSensorOptions& of(Sensor sensor) const {
-    return sensor == kLidar ? options_.lidar : options_.radar;
-  }
-  [[nodiscard]] bool map_due(Sensor sensor) const {
-    const SensorState& s = sensors_[sensor];
-    return !s.has_scans ||
-           reaches(s.at_map.inverse() * moved_.mean, of(sensor).map_travel_m, of(sensor).map_turn);
-  }
-  [[nodiscard]] bool due(LogTime time, Sensor sensor, const SE2d& motion) const {
-    const SensorState& s = sensors_[sensor];
-    return !s.has_scans ||
-           reaches(s.at_update.inverse() * motion, options_.update_travel_m,
-                   options_.update_turn) ||
-           to_seconds(time - updated_) >= options_.update_time_s;
-  }
-
-  /// The motion since the last update, by matching to the best particle's map. Not used as motion
-  /// of the next update: the same walls would count twice, and a robot creeping along a corridor
-  /// would never seem to have moved.
-  std::optional<SE2d> motion_by_match(const PointSet& points, MatcherErrors& errors) {
-    const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
-    Gaussian<SE2d> expected{best.pose * moved_.mean, moved_.covariance};
-    expected.covariance += 1e-10 * Eigen::Matrix3d::Identity();
-    const auto found = workers_.front().match[kLidar].track(best.map.lidar, points, expected,
-                                                            best.pose * tracked_);
-    errors.add(workers_.front().match[kLidar].take_errors());
-    statistics_.matches_gated += workers_.front().match[kLidar].take_gated();
-    if (!found) return std::nullopt;
-    tracked_ = best.pose.inverse() * found->pose.mean;
-    return tracked_;
-  }
-
-  /// Steps 4 to 8.
-  Result<RbpfOutcome> update(LogTime time, Sensor sensor, const PointSet& points,
-                             const LaserScan* scan, MatcherErrors& errors) {
-    Gaussian<SE2d> motion = moved_;
-    motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
-    const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
-    if (!first && sensor == kLidar) (void)motion_by_match(points, errors);
-    const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
-    std::vector<DrawnPose> drawn(options_.particles);
-    std::vector<double> turned(options_.particles, 0.0);
-    std::vector<MatcherErrors> errors_of(options_.particles);
-    std::vector<std::size_t> gated(options_.particles, 0);
-    const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
-      Worker& worker = workers_[w];
-      const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
-      const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
-      const DrawnPose s = first ? DrawnPose{sample(expected, rng)}
-                                : worker.match[sensor].draw_pose(grid, points, expected,
-                                                                 particle.pose * tracked_, rng);
-      particle.pose = s.pose;
-      if (map_due_now) map(particle, sensor, seen, worker.raster);
-      const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
-      drawn[index] = s;
-      errors_of[index] = worker.match[sensor].take_errors();
-      gated[index] = worker.match[sensor].take_gated();
-      turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
-      return s.log_factor;
-    };
-    const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
-      parallel_for_workers(n, options_.threads, f);
-    });
-    for (const MatcherErrors& e : errors_of) errors.add(e);
-    RbpfOutcome outcome;
-    outcome.updated = true;
-    if (weighed) outcome.particles_refused = weighed->refused;
-    double weight = 0.0, turn = 0.0;
-    for (std::size_t i = 0; i < drawn.size(); ++i) {
-      if (!drawn[i].matched) continue;
-      ++outcome.matched;
-      outcome.mean_score += drawn[i].score;
-      const double w = std::exp(filter_->log_weights()[i]);
-      if (!(w > 0)) continue;
-      weight += w;
-      turn += w * turned[i];
-    }
-    if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
-    if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
-    outcome.effective_particles = filter_->effective_particles();
-    outcome.resampled = filter_->resample_below(options_.resample_below);
-    ++statistics_.updates;
-    statistics_.matches += outcome.matched;
-    statistics_.matches_refused += first ? 0 : drawn.size() - outcome.matched;
-    for (const std::size_t g : gated) statistics_.matches_gated += g;
-    statistics_.resampled += outcome.resampled ? 1 : 0;
-    // Start of the next motion.
-    increments_.push_back(moved_.mean);
-    for (SensorState& s : sensors_) {
-      s.at_update = moved_.mean.inverse() * s.at_update;
-      s.at_map = moved_.mean.inverse() * s.at_map;
-    }
-    if (map_due_now) sensors_[sensor].at_map = SE2d();
-    sensors_[sensor].at_update = SE2d();
-    sensors_[sensor].has_scans = true;
-    moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
-    tracked_ = SE2d();
-    updated_ = time;
-    if (!weighed) return weighed.error();
-    return outcome;
-  }
-
-  void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-           ScanRaster& raster) const {
-    if (sensor == kLidar) {
-      // A scan too large for the raster is left out of the map.
-      (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
-                                            options_.lidar_model, raster,
-                                            options_.T_base_laser.raw().translation());
-      return;
-    }
-    OccupancyGrid& grid = particle.map.radar;
-    const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      grid.update(
-          cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
-          hit);
-  }
-
-  [[nodiscard]] PointSet walls_of(const LaserScan& scan) const {
-    return with_walls(end_points(scan, options_.T_base_laser.raw()),
-                      {.spacing_m = options_.lidar.grid.resolution_m});
-  }
-
-  /// Along the predicted motion, corrected linearly in time to end at the next update.
-  [[nodiscard]] MapPose pose_of(const Trajectory& path, const PlacedScan& s) const {
-    const SE2d start = path[s.update].T_map_base.raw();
-    if (s.matched || s.update + 1 >= path.size()) return MapPose(start * s.since);
-    const SE2d end = path[s.update + 1].T_map_base.raw();
-    const double whole = to_seconds(path[s.update + 1].time - path[s.update].time);
-    const double part = whole > 0 ? to_seconds(s.time - path[s.update].time) / whole : 0.0;
-    const Eigen::Vector3d gap = end.minus(start * increments_[s.update]);
-    return MapPose((start * s.since).plus(part * gap));
-  }
-
-  RadarSlamOptions options_;
-  std::vector<Worker> workers_;
-  RbpfMaps blank_{OccupancyGrid(options_.lidar.grid), OccupancyGrid(options_.radar.grid)};
-  std::optional<Rbpf<RbpfMaps>> filter_;
-  Gaussian<SE2d> moved_{SE2d(), Eigen::Matrix3d::Zero()};  // since the last update
-  SE2d tracked_;  // the same by the best particle's matches, then motion
-  std::array<SensorState, 2> sensors_;
-  LogTime updated_;
-  std::vector<SE2d> increments_;  // from each update to the next
-  std::vector<PlacedScan> scans_;
-  RbpfStatistics statistics_;
-};
 
 RadarSlam::RadarSlam(const RadarSlamOptions& options) : RadarSlam(CorrelativeMatcher(), options) {}
 RadarSlam::RadarSlam(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options)
@@ -312,18 +19,22 @@ Result<RbpfOutcome> RadarSlam::add_radar(LogTime time, const PointSet& points_ba
 Trajectory RadarSlam::trajectory() const { return engine_->trajectory(); }
 Trajectory RadarSlam::trajectory(std::size_t particle) const {
   WAYFARE_EXPECTS(particle < particles().size(), "there is no such particle");
-  return engine_->trajectory(particle);
+  return engine_->filter().trajectory(particle);
 }
-std::optional<StampedPose> RadarSlam::pose() const { return engine_->pose(); }
-const OccupancyGrid& RadarSlam::lidar_map() const { return engine_->maps().lidar; }
-const OccupancyGrid& RadarSlam::radar_map() const { return engine_->maps().radar; }
+std::optional<StampedPose> RadarSlam::pose() const { return engine_->filter().pose(); }
+Trajectory RadarSlam::latest_trajectory() const { return engine_->filter().trajectory(); }
+const OccupancyGrid& RadarSlam::lidar_map() const { return engine_->filter().maps().lidar; }
+const OccupancyGrid& RadarSlam::radar_map() const { return engine_->filter().maps().radar; }
+RbpfMaps RadarSlam::all_maps() const { return engine_->maps(); }
+WallCrossings RadarSlam::wall_crossings() const { return engine_->wall_crossings(); }
+void RadarSlam::finish() { engine_->join_all(); }
 std::span<const RbpfParticle<RbpfMaps>> RadarSlam::particles() const {
-  if (engine_->filter() == nullptr) return {};
-  return engine_->filter()->particles();
+  if (engine_->filter().filter() == nullptr) return {};
+  return engine_->filter().filter()->particles();
 }
 std::span<const double> RadarSlam::log_weights() const {
-  if (engine_->filter() == nullptr) return {};
-  return engine_->filter()->log_weights();
+  if (engine_->filter().filter() == nullptr) return {};
+  return engine_->filter().filter()->log_weights();
 }
 const RbpfStatistics& RadarSlam::statistics() const { return engine_->statistics(); }
 

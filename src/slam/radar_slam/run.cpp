@@ -68,6 +68,7 @@ Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions
     const double whole_s = to_seconds(*last - *first), done_s = to_seconds(*time - *first);
     if (progress && !progress(whole_s > 0 ? std::clamp(done_s / whole_s, 0.0, 1.0) : 1.0)) break;
   }
+  stream.join_pieces();
   RadarSlamRun run = stream.result();
   if (refused.count > 0 && run.refused_scans == 0) run.first_refusal = refused.first;
   run.refused_scans += refused.count;

@@ -107,13 +107,16 @@ class RadarSlamStream::Impl {
 
   std::optional<LogTime> step() { return by_wheels() ? step_by_wheels() : step_by_poses(); }
   [[nodiscard]] std::string_view waits_for() const { return waits_for_; }
+  void join_pieces() { slam_.finish(); }
   [[nodiscard]] const RadarSlam& slam() const { return slam_; }
   [[nodiscard]] RadarSlamRun result() const {
     RadarSlamRun run;
     run.trajectory = slam_.trajectory();
-    run.lidar_map = slam_.lidar_map();
-    run.radar_map = slam_.radar_map();
+    RbpfMaps maps = slam_.all_maps();
+    run.lidar_map = std::move(maps.lidar);
+    run.radar_map = std::move(maps.radar);
     run.statistics = slam_.statistics();
+    if (run.statistics.pieces > 1) run.crossings = slam_.wall_crossings();
     run.faults = faults_.faults(Duration(500'000'000));
     run.gyro_bias_rad_s = reckoner_.gyro_bias_rad_s();
     const std::size_t late = late_ + synchroniser_.statistics().refused_late;
@@ -301,6 +304,7 @@ void RadarSlamStream::add(const LaserScan& scan) { impl_->add(scan); }
 void RadarSlamStream::finish() { impl_->finish(); }
 std::optional<LogTime> RadarSlamStream::step() { return impl_->step(); }
 std::string_view RadarSlamStream::waits_for() const { return impl_->waits_for(); }
+void RadarSlamStream::join_pieces() { impl_->join_pieces(); }
 const RadarSlam& RadarSlamStream::slam() const { return impl_->slam(); }
 const OccupancyGrid& RadarSlamStream::map() const {
   return slam().lidar_map().bounds() ? slam().lidar_map() : slam().radar_map();

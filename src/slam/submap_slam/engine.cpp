@@ -12,19 +12,13 @@
 namespace wayfare {
 namespace {
 
-SubmapSlamOptions with_valid_counts(SubmapSlamOptions o) {
-  detail::limit_counts({&o.submap_nodes, &o.lost_scans, &o.nodes_between_loops,
-                        &o.loop_latency_scans, &o.loop_context_nodes, &o.loops_per_search,
-                        &o.tables_kept, &o.max_submaps, &o.threads});
-  return o;
-}
+constexpr std::size_t kFewestPoints = 10;  // of a scan that says where it is
 
-detail::SubmapMaps default_maps(const SubmapSlamOptions& options) {
-  GaussNewtonOptions smooth;
-  smooth.interpolation = Interpolation::bicubic;
-  smooth.max_iterations = 30;
-  return detail::submap_maps(GaussNewtonMatcher(options.match), GaussNewtonMatcher(smooth),
-                             options.grid, options.T_base_laser.raw().translation());
+SubmapSlamOptions with_valid_counts(SubmapSlamOptions o) {
+  detail::limit_counts({&o.submap_nodes, &o.lost_scans, &o.lost_scans_without_odometry,
+                        &o.nodes_between_loops, &o.loop_latency_scans, &o.loop_context_nodes,
+                        &o.loops_per_search, &o.tables_kept, &o.max_submaps, &o.threads});
+  return o;
 }
 
 }  // namespace
@@ -34,7 +28,8 @@ SubmapSlamSystem::Engine::Engine(const SubmapSlamOptions& options, detail::Subma
       matcher_(std::move(maps.matcher)),
       motion_model_(options.odometry, options.constant_velocity),
       tracker_(options_, std::move(maps.growing)),
-      search_(options_, std::move(maps.finished)) {}
+      search_(options_, std::move(maps.finished)),
+      pieces_(options_) {}
 
 Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
                                                        const MotionHint& hint) {
@@ -45,34 +40,103 @@ Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
   const auto points = points_of(scan);
   if (!points) return points.error();
   const std::size_t before = map_.nodes.size();
-  const Motion motion = predict(scan.time, odometry, hint.turn);
-  Result<Placed> found = Placed{odometry.value_or(SE2d()), 0.0, true};
-  MatcherErrors errors;
+  Motion motion = predict(scan.time, odometry, hint.turn);
   std::optional<Motion> by_velocity;
   if (odometry) by_velocity = predict(scan.time, {}, hint.turn);
+  const bool leaped = before > 0 && leaps(motion, by_velocity, hint, scan.time);
+  if (leaped && by_velocity) motion = *std::exchange(by_velocity, std::nullopt);
+  Result<Placed> found = Placed{odometry.value_or(SE2d()), 0.0, true};
+  MatcherErrors errors;
   if (before > 0) found = place(*points, motion, by_velocity, errors);
   if (!found) return found.error();
-  const Placed& placed = *found;
+  Placed& placed = *found;
   ScanOutcome outcome;
   outcome.matcher_errors.add(errors, "scan");
   statistics_.matcher_errors.add(outcome.matcher_errors);
   if (join_at_ && statistics_.scans >= *join_at_) join_loops(outcome);
+  const SE2d expected = T_local_base_ * motion.increment;
+  const Tracking tracking = judge(placed, motion, leaped, points->size(), scan.time);
+  if (!tracking.sure) placed = {expected, placed.score};
   move(motion, placed);
   outcome.score = placed.score;
   outcome.matched = placed.matched;
-  if (is_due(placed.matched))
-    if (auto ok = add_node(*points, placed); !ok) return ok.error();
+  if (tracking.lost) {
+    if (auto ok = begin_piece(*points, motion, leaped); !ok) return ok.error();
+    pieces_.loss.begin(scan.time);
+  } else {
+    pieces_.loss.add(scan.time, placed.matched, motion, expected.inverse() * T_local_base_);
+    if (is_due(placed.matched))
+      if (auto ok = add_node(*points, placed); !ok) return ok.error();
+  }
   local_ = {OdomPose(T_local_base_), placed.matched, placed.openness, placed.covariance,
             placed.predicted_sigma};
   motion_model_.update(scan.time, T_local_base_, odometry);
   outcome.became_node = map_.nodes.size() > before;
   scans_.push_back(
       {scan.time, map_.latest(), map_.nodes.back().T_local_node.inverse() * T_local_base_});
+  if (outcome.became_node) join_pieces();
   outcome.T_map_base = MapPose(map_.pose(map_.latest()) * scans_.back().T_node_base);
   ++statistics_.scans;
   statistics_.unmatched_scans += outcome.matched ? 0 : 1;
   if (outcome.became_node) begin_search();
   return outcome;
+}
+
+bool SubmapSlamSystem::Engine::leaps(const Motion& motion, const std::optional<Motion>& by_velocity,
+                                     const MotionHint& hint, LogTime time) const {
+  return hint.leaped ||
+         (by_velocity &&
+          detail::LossDetector::leaps(motion, *by_velocity, to_seconds(time - scans_.back().time)));
+}
+
+/// Of a scan after `motion`: where odometry leaps, or there is none, it must agree as others did.
+SubmapSlamSystem::Engine::Tracking SubmapSlamSystem::Engine::judge(const Placed& placed,
+                                                                   const Motion& motion,
+                                                                   bool leaped, std::size_t points,
+                                                                   LogTime time) {
+  statistics_.odometry_leaps += leaped ? 1 : 0;
+  if (map_.nodes.empty()) {
+    statistics_.pieces = 1;
+    pieces_.loss.begin(time);
+    return {};
+  }
+  pieces_.loss.expect(time);
+  const bool is_off = !motion.measured && !leaped && options_.lost_scans_without_odometry == 0;
+  if (is_off || points < kFewestPoints) return {};
+  const bool is_usual = placed.matched && pieces_.is_usual(placed.score, map_);
+  const bool measured = motion.measured && !leaped;
+  const bool sure =
+      measured ? placed.matched : is_usual && (leaped || !pieces_.loss.gap().is_break());
+  if (sure) pieces_.add_score(placed.score);
+  const bool lost = pieces_.loss.is_lost(sure, motion) || (leaped && !sure);
+  return {lost, measured || sure};
+}
+
+/// With the latest scan, at its predicted pose; those since the last that was matched belong to it.
+Result<void> SubmapSlamSystem::Engine::begin_piece(const PointSet& points, const Motion& motion,
+                                                   bool leaped) {
+  constexpr double kMargin_m = 1.0;
+  const bool is_near = !motion.measured && !leaped;
+  const double reach_m = is_near ? pieces_.loss.gap().reach()[0] + kMargin_m : 0.0;
+  const int before = map_.latest();
+  const SE2d T_before_first = map_.nodes.back().T_local_node.inverse() * T_local_base_;
+  map_.add_first_node(pieces_.beside(map_), T_local_base_,
+                      std::make_shared<const PackedPoints>(points));
+  pieces_.begin(map_, T_before_first, reach_m);
+  ++statistics_.pieces;
+  for (auto s = scans_.rbegin(); s != scans_.rend() && s->time > pieces_.loss.matched_at(); ++s)
+    if (s->node == before) *s = {s->time, map_.latest(), T_before_first.inverse() * s->T_node_base};
+  return node_added(true);
+}
+
+void SubmapSlamSystem::Engine::join_pieces() {
+  if (!pieces_.are_several()) return;
+  pieces_.follow(map_);
+  while (pieces_.join_latest(map_)) {
+    ++statistics_.joins;
+    (void)optimise(20, 1e-5);  // on failure the poses are unchanged
+  }
+  pieces_.count(statistics_);
 }
 
 /// Within range, one per voxel; finite by LaserScan::returned.
@@ -150,19 +214,22 @@ Eigen::Matrix3d SubmapSlamSystem::Engine::match_information(const Eigen::Matrix3
 }
 
 Result<void> SubmapSlamSystem::Engine::add_node(const PointSet& points, const Placed& placed) {
-  constexpr std::size_t kFewestPoints = 10;
   if (!map_.nodes.empty() && !placed.matched && points.size() < kFewestPoints) return {};
   const auto packed = std::make_shared<const PackedPoints>(points);
   if (map_.nodes.empty()) {
-    map_.add_node(T_local_base_, packed, Eigen::Matrix3d::Identity());
+    map_.add_first_node(T_local_base_, T_local_base_, packed);
   } else {
     join_node(packed, placed);
   }
+  return node_added(!placed.matched);
+}
+
+Result<void> SubmapSlamSystem::Engine::node_added(bool lost) {
   since_node_.setZero();
   since_match_.setZero();
   lost_ = 0;
   ++statistics_.nodes;
-  return end_submaps(!placed.matched);
+  return end_submaps(lost);
 }
 
 /// Joined to the previous node by match and motion, and to the submap by the match; at poor
@@ -210,7 +277,7 @@ void SubmapSlamSystem::Engine::begin_search() {
   if (join_at_ || ++nodes_since_search_ < options_.nodes_between_loops) return;
   nodes_since_search_ = 0;
   forget();
-  if (search_.begin(map_))
+  if (search_.begin(map_, pieces_.first_of_latest()))
     join_at_ = statistics_.scans + static_cast<std::uint64_t>(options_.loop_latency_scans);
 }
 
@@ -240,13 +307,15 @@ void SubmapSlamSystem::Engine::forget() {
       forgotten_.push_back({s->time, MapPose(map_.pose(s->node) * s->T_node_base)});
     scans_.erase(scans_.begin(), kept);
     for (ScanPose& s : scans_) s.node -= gone;
-    map_.forget_oldest();
+    pieces_.forget(map_.forget_oldest());
+    pieces_.hold_parts(map_);
     search_.poses_dropped();
     ++statistics_.forgotten_submaps;
   }
 }
 
 Result<void> SubmapSlamSystem::Engine::optimise(int iterations, double min_gain) {
+  pieces_.moved();
   return wayfare::optimise(optimiser_, map_.graph, loop_kernel(options_.loop_kernel_sigmas),
                            iterations, min_gain, statistics_.optimisations);
 }
@@ -255,96 +324,19 @@ Result<void> SubmapSlamSystem::Engine::finish() {
   ScanOutcome of_none;
   if (join_at_) join_loops(of_none);
   // Search once more, for loops closed by the very last nodes.
-  if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops(of_none);
+  if (nodes_since_search_ > 0 && search_.begin(map_, pieces_.first_of_latest()))
+    join_loops(of_none);
   if (map_.nodes.size() < 2) return {};
-  return optimise(50, 1e-6);
-}
-
-Trajectory SubmapSlamSystem::Engine::trajectory() const {
-  Trajectory result = forgotten_;
-  result.reserve(forgotten_.size() + scans_.size());
-  for (const ScanPose& s : scans_)
-    result.push_back({s.time, MapPose(map_.pose(s.node) * s.T_node_base)});
-  return result;
-}
-
-OccupancyGrid SubmapSlamSystem::Engine::map(const OccupancyGridOptions& shape,
-                                            const InverseLidarModel& model) const {
-  OccupancyGrid grid(shape);
-  ScanRaster raster;
-  const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
-  for (int k = 0; k <= map_.latest(); ++k) {
-    // A scan too large for the raster is left out of the map.
-    (void)insert_points(grid, map_.pose(k), map_.node(k).points->unpacked(), model, raster, laser);
+  while (pieces_.join_all(map_)) {
+    ++statistics_.joins;
+    (void)optimise(20, 1e-5);
   }
-  return grid;
-}
-
-std::size_t SubmapSlamSystem::Engine::memory_bytes() {
-  std::size_t sum = tracker_.memory_bytes() + search_.memory_bytes();
-  for (const SubmapNode& n : map_.nodes) sum += n.points->xy().size() * sizeof(std::int16_t);
-  sum += map_.graph.edges.size() * sizeof(PoseEdge<SE2d>);
-  return sum + scans_.size() * sizeof(ScanPose) + forgotten_.size() * sizeof(StampedPose);
-}
-
-SubmapSlamSystem::SubmapSlamSystem(const SubmapSlamOptions& options)
-    : SubmapSlamSystem(options, default_maps(options)) {}
-SubmapSlamSystem::SubmapSlamSystem(const SubmapSlamOptions& options, detail::SubmapMaps maps)
-    : engine_(detail::make_owned<Engine>(options, std::move(maps))) {}
-
-Result<ScanOutcome> SubmapSlamSystem::add_scan(const LaserScan& scan, const MotionHint& hint) {
-  return engine_->add_scan(scan, hint);
-}
-Result<void> SubmapSlamSystem::finish() { return engine_->finish(); }
-Trajectory SubmapSlamSystem::trajectory() const { return engine_->trajectory(); }
-const PoseGraph2& SubmapSlamSystem::graph() const { return engine_->graph(); }
-const SubmapSlamStatistics& SubmapSlamSystem::statistics() const { return engine_->statistics(); }
-const LocalPlacement& SubmapSlamSystem::local() const { return engine_->local(); }
-OccupancyGrid SubmapSlamSystem::map(const OccupancyGridOptions& shape,
-                                    const InverseLidarModel& model) const {
-  return engine_->map(shape, model);
-}
-std::size_t SubmapSlamSystem::memory_bytes() const { return engine_->memory_bytes(); }
-std::vector<std::uint8_t> SubmapSlamSystem::save() const { return engine_->save(); }
-
-Result<void> SubmapSlamSystem::load(std::span<const std::uint8_t> bytes) {
-  return engine_->restore(bytes);
-}
-
-Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOptions options,
-                                      const SlamProgress& progress,
-                                      std::span<const std::uint8_t> saved) {
-  options.T_base_laser = recording.T_base_laser;
-  auto slam = saved.empty() ? SubmapSlam(options) : SubmapSlam::restore(saved, options);
-  return slam ? detail::run(*slam, recording, progress) : slam.error();
-}
-
-Result<SubmapSlamRun> detail::run(SubmapSlamSystem& slam, const Recording& recording,
-                                  const SlamProgress& progress) {
-  const GyroTurn gyro(recording.gyro);
-  ScanDeskewer deskewer(recording.T_base_laser);
-  auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
-    return detail::add_deskewed(deskewer, recording, i, [&](const LaserScan& scan) {
-      MotionHint hint{OdometryTrack(recording.odometry).at(scan.time), {}};
-      if (!hint.odometry && i > 0) hint.turn = gyro.between(recording.scans[i - 1].time, scan.time);
-      return slam.add_scan(scan, hint);
-    });
-  });
-  return refused ? finished_run(slam, *std::move(refused)) : refused.error();
-}
-
-Result<SubmapSlamRun> detail::finished_run(SubmapSlamSystem& slam, Refusals refused) {
-  SubmapSlamRun run;
-  run.refused_scans = refused.count;
-  run.first_refusal = std::move(refused.first);
-  run.state = slam.save();
-  if (auto ok = slam.finish(); !ok) return ok.error();
-  run.trajectory = slam.trajectory();
-  run.graph = slam.graph();
-  run.map = slam.map();
-  run.statistics = slam.statistics();
-  run.memory_bytes = slam.memory_bytes();
-  return run;
+  if (auto ok = optimise(50, 1e-6); !ok) return ok;
+  pieces_.place_small_parts(map_);
+  pieces_.count(statistics_);
+  statistics_.scans_apart = static_cast<std::size_t>(std::ranges::count_if(
+      scans_, [&](const ScanPose& s) { return pieces_.is_in_small_part(s.node); }));
+  return {};
 }
 
 }  // namespace wayfare

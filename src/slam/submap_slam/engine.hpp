@@ -12,6 +12,7 @@
 
 #include "slam/submap_slam/local_tracker.hpp"
 #include "slam/submap_slam/loop_search.hpp"
+#include "slam/submap_slam/pieces.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
@@ -28,7 +29,15 @@ class SubmapSlamSystem::Engine {
   [[nodiscard]] const LocalPlacement& local() const { return local_; }
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape,
                                   const InverseLidarModel& model) const;
+  [[nodiscard]] OccupancyGrid latest_part(const OccupancyGridOptions& shape,
+                                          const InverseLidarModel& model) const;
+  [[nodiscard]] Trajectory latest_trajectory() const;
+  [[nodiscard]] WallCrossings wall_crossings(const OccupancyGrid& map) const;
   [[nodiscard]] std::size_t memory_bytes();
+  void drop_tables() {
+    (void)search_.result();
+    search_.drop_tables();
+  }
   [[nodiscard]] std::vector<std::uint8_t> save();
   Result<void> restore(std::span<const std::uint8_t> bytes);
 
@@ -49,12 +58,28 @@ class SubmapSlamSystem::Engine {
   [[nodiscard]] Result<Placed> place(const PointSet& points, const Motion& motion,
                                      const std::optional<Motion>& by_velocity,
                                      MatcherErrors& errors) const;
+  /// What a scan says on whether tracking is lost.
+  struct Tracking {
+    bool lost = false;
+    bool sure = true;  ///< false: its match may be wrong
+  };
+  [[nodiscard]] bool leaps(const Motion& motion, const std::optional<Motion>& by_velocity,
+                           const MotionHint& hint, LogTime time) const;
+  [[nodiscard]] Tracking judge(const Placed& placed, const Motion& motion, bool leaped,
+                               std::size_t points, LogTime time);
+  Result<void> begin_piece(const PointSet& points, const Motion& motion, bool leaped);
+  void join_pieces();
+  template <class Includes>
+  [[nodiscard]] OccupancyGrid map_of(const OccupancyGridOptions& shape,
+                                     const InverseLidarModel& model,
+                                     const Includes& includes) const;
   void move(const Motion& motion, const Placed& placed);
   [[nodiscard]] bool is_due(bool matched) const;
   Result<void> add_node(const PointSet& points, const Placed& placed);
   void join_node(const std::shared_ptr<const PackedPoints>& points, const Placed& placed);
   [[nodiscard]] Eigen::Matrix3d match_information(const Eigen::Matrix3d& matched, double length_m,
                                                   double turn_rad) const;
+  Result<void> node_added(bool lost);
   Result<void> end_submaps(bool lost);
   void join_loops(ScanOutcome& outcome);
   void begin_search();
@@ -68,6 +93,7 @@ class SubmapSlamSystem::Engine {
   MotionModel motion_model_;
   LocalTracker tracker_;
   LoopSearch search_;
+  SubmapPieces pieces_;
   PoseGraphOptimiser<SE2d> optimiser_;
 
   SubmapGraph map_;

@@ -31,11 +31,11 @@ void append(PointSet& all, const SE2d& pose, const PointSet& points) {
 
 }  // namespace
 
-bool LoopSearch::begin(const SubmapGraph& map) {
+bool LoopSearch::begin(const SubmapGraph& map, int first_of_piece) {
   auto query = std::make_shared<Query>();
   query->candidates = candidates(map);
   if (query->candidates.empty()) return false;
-  query->context = context(map);
+  query->context = context(map, first_of_piece);
   query->points = map.nodes.back().points->unpacked();
   query->pose = map.nodes.back().pose;
   const auto policy =
@@ -82,13 +82,13 @@ std::vector<LoopSearch::Candidate> LoopSearch::candidates(const SubmapGraph& map
   return result;
 }
 
-/// The points of the latest nodes in the latest node's frame, one per 10 cm cell: a larger and less
-/// ambiguous view than a single scan.
-PointSet LoopSearch::context(const SubmapGraph& map) const {
+/// The points of the latest nodes from `first` in the latest node's frame, one per 10 cm cell: a
+/// larger and less ambiguous view than a single scan.
+PointSet LoopSearch::context(const SubmapGraph& map, int first) const {
   constexpr double kCell_m = 0.1;
   const SE2d T_node_local = map.nodes.back().T_local_node.inverse();
   PointSet all;
-  for (int k = map.latest(); k >= std::max(0, map.latest() - options_.loop_context_nodes); --k)
+  for (int k = map.latest(); k >= std::max(first, map.latest() - options_.loop_context_nodes); --k)
     append(all, T_node_local * map.node(k).T_local_node, map.node(k).points->unpacked());
   auto thinned = voxel_filter(all, kCell_m);
   return thinned ? *std::move(thinned) : all;

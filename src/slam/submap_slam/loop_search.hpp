@@ -26,8 +26,9 @@ class LoopSearch {
   LoopSearch(const SubmapSlamOptions& options, MakeMap make_map)
       : options_(options), make_map_(std::move(make_map)) {}
 
-  /// Begins a search from the latest node; false if there are no candidates.
-  bool begin(const SubmapGraph& map);
+  /// Begins a search from the latest node, whose piece has this first node; false if there are no
+  /// candidates.
+  bool begin(const SubmapGraph& map, int first_of_piece);
   /// The result of the last search; waits for it.
   [[nodiscard]] const Loops& result();
   /// Result of a search that was running when the state was saved.
@@ -35,6 +36,8 @@ class LoopSearch {
 
   /// Poses were dropped from the graph.
   void poses_dropped() { uncertainty_ = {}; }
+  /// Drops the tables, which are made again when needed; not during a search.
+  void drop_tables() { cache_.clear(); }
   /// Of the tables; waits for the running search.
   [[nodiscard]] std::size_t memory_bytes();
 
@@ -64,7 +67,7 @@ class LoopSearch {
   };
 
   [[nodiscard]] std::vector<Candidate> candidates(const SubmapGraph& map);
-  [[nodiscard]] PointSet context(const SubmapGraph& map) const;
+  [[nodiscard]] PointSet context(const SubmapGraph& map, int first) const;
   [[nodiscard]] Loops search(Query& query);
   [[nodiscard]] std::shared_ptr<const Tables> tables(const Candidate& candidate);
   [[nodiscard]] std::shared_ptr<const Tables> make_tables(const Candidate& candidate) const;

@@ -10,15 +10,18 @@
 
 #include <wayfare/core/gaussian.hpp>
 
+#include "slam/pieces_archive.hpp"
 #include "slam/state_archive.hpp"
 #include "slam/submap_slam/engine.hpp"
 
 namespace wayfare {
 namespace {
 
-// The formats, least byte first. The earlier one does not tell the matcher, nor its errors.
-constexpr std::uint64_t kMagic = 0x33'50'41'4d'42'55'53'57;         // "WSUBMAP3"
-constexpr std::uint64_t kEarlierMagic = 0x32'50'41'4d'42'55'53'57;  // "WSUBMAP2"
+// The formats, least byte first. Earlier ones have one piece; the first does not tell the matcher,
+// nor its errors.
+constexpr std::uint64_t kMagic = 0x34'50'41'4d'42'55'53'57;      // "WSUBMAP4"
+constexpr std::uint64_t kOnePiece = 0x33'50'41'4d'42'55'53'57;   // "WSUBMAP3"
+constexpr std::uint64_t kNoMatcher = 0x32'50'41'4d'42'55'53'57;  // "WSUBMAP2"
 
 }  // namespace
 
@@ -71,6 +74,25 @@ struct SubmapState {
     fields(a, pending.errors, e.statistics_.matcher_errors);
   }
 
+  template <class A>
+  static void pieces(A& a, SubmapSlamSystem::Engine& e) {
+    SubmapPieces& p = e.pieces_;
+    each(a, p.nodes_.all_pieces(), [&](detail::Piece& piece) { field(a, piece); });
+    field(a, p.nodes_.possible_joins());
+    detail::LossState::fields(a, p.loss);
+    field(a, p.usual_score_);
+    PieceStatistics& s = e.statistics_;
+    for (std::size_t* n : {&s.odometry_leaps, &s.pieces, &s.joins, &s.joins_refused,
+                           &s.pieces_apart, &s.scans_apart})
+      field(a, *n);
+  }
+  /// Of a state without pieces.
+  static void begin_pieces(SubmapSlamSystem::Engine& e) {
+    if (e.scans_.empty()) return;
+    e.pieces_.loss.begin(e.scans_.back().time);
+    e.statistics_.pieces = 1;
+  }
+
   /// Whether all indices are valid and the invariants of the class hold. The digest does not show
   /// that: whoever changes a map can compute it.
   static bool is_valid(const SubmapSlamSystem::Engine& e, const Loops& pending) {
@@ -81,7 +103,8 @@ struct SubmapState {
              pending.edges.empty() && e.scans_.empty() && e.forgotten_.empty() &&
              e.nodes_since_search_ == 0;
     return has_valid_poses(m) && has_valid_edges(m.graph, m.graph.edges) &&
-           has_valid_edges(m.graph, pending.edges) && has_valid_submaps(m) && has_valid_scans(e);
+           has_valid_edges(m.graph, pending.edges) && has_valid_submaps(m) && has_valid_scans(e) &&
+           has_valid_pieces(e);
   }
 
  private:
@@ -89,6 +112,18 @@ struct SubmapState {
     return MotionState::is_valid(e.motion_model_, !e.map_.nodes.empty()) &&
            is_near(e.T_local_base_) && is_count(e.lost_) && is_count(e.nodes_since_search_) &&
            is_positive_semidefinite(e.since_node_) && is_positive_semidefinite(e.since_match_);
+  }
+  /// With the nodes of the map.
+  static bool has_valid_pieces(const SubmapSlamSystem::Engine& e) {
+    const SubmapPieces& p = e.pieces_;
+    const auto is_edge = [&](const PoseEdge<SE2d>& x) {
+      return in(x.from, e.map_.nodes.size()) && in(x.to, e.map_.nodes.size()) &&
+             is_near(x.measurement) && is_information(x.information);
+    };
+    return detail::LossState::is_valid(p.loss) && p.usual_score_ >= 0.0 && p.usual_score_ <= 1.0 &&
+           std::ranges::all_of(p.nodes_.possible_joins(), is_edge) &&
+           (p.nodes_.all_pieces().empty() ||
+            detail::has_valid_pieces(p.nodes_, static_cast<int>(e.map_.nodes.size())));
   }
   /// Every pose is that of one node or one submap.
   static bool has_valid_poses(const SubmapGraph& m) {
@@ -139,24 +174,32 @@ std::vector<std::uint8_t> SubmapSlamSystem::Engine::save() {
   if (!join_at_) pending = {};
   SubmapState::all_fields(a, *this, pending);
   SubmapState::errors(a, *this, pending);
+  SubmapState::pieces(a, *this);
   return std::move(a).finished();
 }
 
 Result<void> SubmapSlamSystem::Engine::restore(std::span<const std::uint8_t> bytes) {
-  const auto opened = open_state(bytes, {kMagic, kEarlierMagic}, "a map saved by submap SLAM");
+  const auto opened =
+      open_state(bytes, {kMagic, kOnePiece, kNoMatcher}, "a map saved by submap SLAM");
   if (!opened) return opened.error();
   const auto& [magic, content] = *opened;
   StateReader a(content);
   std::string matcher = matcher_;
-  if (magic == kMagic) field(a, matcher);
+  if (magic != kNoMatcher) field(a, matcher);
   if (matcher != matcher_)
     return state_fault("saved with the matcher \"" + matcher + "\", not with \"" + matcher_ + "\"",
                        sizeof(std::uint64_t));
   Loops pending;
   SubmapState::all_fields(a, *this, pending);
-  if (magic == kMagic) SubmapState::errors(a, *this, pending);
+  if (magic != kNoMatcher) SubmapState::errors(a, *this, pending);
+  if (magic == kMagic)
+    SubmapState::pieces(a, *this);
+  else
+    SubmapState::begin_pieces(*this);
   if (!a.ok() || a.left() != 0 || !SubmapState::is_valid(*this, pending))
     return state_fault("values that are not a valid map", sizeof(std::uint64_t) + a.at());
+  pieces_.follow(map_);
+  pieces_.hold_parts(map_);
   search_.set_result(std::move(pending));
   local_.T_local_base = OdomPose(T_local_base_);
   return map_.nodes.empty() ? Result<void>() : tracker_.follow(map_);

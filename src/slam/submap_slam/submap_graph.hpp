@@ -84,17 +84,19 @@ class SubmapGraph {
   /// Adds a node, joined to the previous one by their relative pose with `information`.
   void add_node(const SE2d& T_local_node, std::shared_ptr<const PackedPoints> points,
                 const Eigen::Matrix3d& information) {
-    SubmapNode added{0, T_local_node, 0.0, std::move(points)};
-    SE2d T_map_node = T_local_node;
-    if (!nodes.empty()) {
-      const SubmapNode& before = nodes.back();
-      const SE2d step = before.T_local_node.inverse() * T_local_node;
-      added.travel_m = before.travel_m + step.translation().norm();
-      T_map_node = pose(latest()) * step;
-      graph.edges.push_back({before.pose, graph.size(), step, information, false});
-    }
-    added.pose = graph.add_pose(T_map_node);
-    nodes.push_back(std::move(added));
+    const SubmapNode& before = nodes.back();
+    const SE2d step = before.T_local_node.inverse() * T_local_node;
+    const double travel_m = before.travel_m + step.translation().norm();
+    graph.edges.push_back({before.pose, graph.size(), step, information, false});
+    const int at = graph.add_pose(pose(latest()) * step);
+    nodes.push_back({at, T_local_node, travel_m, std::move(points)});
+  }
+  /// Adds a node that is joined to none, at this pose of the map.
+  void add_first_node(const SE2d& T_map_node, const SE2d& T_local_node,
+                      std::shared_ptr<const PackedPoints> points) {
+    const double travel_m = nodes.empty() ? 0.0 : nodes.back().travel_m;
+    const int at = graph.add_pose(T_map_node);
+    nodes.push_back({at, T_local_node, travel_m, std::move(points)});
   }
   /// Joins the latest node to a submap by its pose in it.
   void join_latest(const Submap& submap, const Eigen::Matrix3d& information) {

@@ -14,6 +14,7 @@
 #include <wayfare/sync/odometry_track.hpp>
 #include "driven.hpp"
 #include "room_drive.hpp"
+#include "slam/carried.hpp"
 
 namespace wayfare {
 namespace {
@@ -131,6 +132,39 @@ TEST(SlamNode, TimeGoingBackStartsANewMap) {
   EXPECT_EQ(driven.poses.size(), 2 * room_drive().scans.size());
   ASSERT_TRUE(driven.map);
   EXPECT_EQ(driven.map->data, offline_map(room_drive()).data);
+}
+
+// Set down in a place not seen before: map and path are of the second piece alone.
+TEST(SlamNode, ShowsThePieceWhereTheRobotIs) {
+  const Recording r =
+      carried(simulate(kFlat, slipping_robot(), 1), {{0.0, 0.08}, {0.22, 0.34}}).recording;
+  Driven driven;
+  driven.transforms(r);
+  drive(driven, r, from_seconds(1000.0));
+  driven.wait(5.0);
+  EXPECT_THAT(driven.said, HasSubstr("begins piece 2"));
+  EXPECT_THAT(driven.said, Not(HasSubstr("joined pieces")));
+  EXPECT_EQ(driven.poses.size(), r.scans.size());
+  ASSERT_TRUE(driven.map && driven.path);
+  EXPECT_LT(driven.path->poses.size(), r.scans.size());
+  EXPECT_GT(driven.path->poses.size(), r.scans.size() / 3);
+  const SE2d end = *ros::plane_pose_of(driven.poses.back().pose);
+  EXPECT_LT(end.minus(*ros::plane_pose_of(driven.path->poses.back().pose)).norm(), 0.1);
+  EXPECT_LT(static_cast<float>(driven.map->info.width) * driven.map->info.resolution, 35.0F);
+  EXPECT_GT(driven.map->info.origin.position.x, 20.0);
+}
+
+TEST(SlamNode, JoinsThePiecesOfACarriedRobot) {
+  const sim::SimulatedRun run =
+      carried(simulate(kFlat, slipping_robot(), 1), {{0.5, 1.0}, {0.0, 0.5}});
+  Driven driven;
+  driven.transforms(run.recording);
+  drive(driven, run.recording, from_seconds(1000.0));
+  driven.wait(5.0);
+  EXPECT_THAT(driven.said, HasSubstr("begins piece 2"));
+  EXPECT_THAT(driven.said, HasSubstr("joined pieces of the trajectory: 1 of 1"));
+  ASSERT_TRUE(driven.map && driven.path);
+  EXPECT_EQ(driven.path->poses.size(), run.recording.scans.size());
 }
 
 TEST(SlamNode, AResetOfOdometryIsNoMotion) {

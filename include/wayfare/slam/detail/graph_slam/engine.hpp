@@ -304,9 +304,10 @@ class GraphSlamEngine {
   GraphSlamStatistics statistics_;
 };
 
-/// Runs a graph SLAM over a recording.
+/// Runs a graph SLAM over a recording; `state`, if given, becomes that after the last scan.
 template <class Slam>
-Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamProgress& progress) {
+Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamProgress& progress,
+                              std::vector<std::uint8_t>* state) {
   const OdometryTrack odometry(recording.odometry);
   ScanDeskewer deskewer(recording.T_base_laser);
   auto refused = feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
@@ -315,6 +316,7 @@ Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamP
     });
   });
   if (!refused) return refused.error();
+  if (state != nullptr) *state = slam.save();
   if (auto ok = slam.finish(); !ok) return ok.error();
   OccupancyGrid map = slam.map();
   // One piece with odometry is not checked: it costs a tenth of the run.

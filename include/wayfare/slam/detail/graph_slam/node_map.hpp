@@ -53,6 +53,7 @@ class NodeMap {
   [[nodiscard]] std::vector<NodeView>& views() { return views_; }
   /// In order; each has a node at the time it is added.
   [[nodiscard]] std::vector<Piece>& all_pieces() { return pieces_; }
+  [[nodiscard]] const std::vector<Piece>& all_pieces() const { return pieces_; }
   [[nodiscard]] const Piece& piece(int i) const { return pieces_[static_cast<std::size_t>(i)]; }
   /// Possible edges between parts of the map, found but not yet confirmed.
   [[nodiscard]] std::vector<PoseEdge<SE2d>>& possible_joins() { return possible_joins_; }
@@ -92,6 +93,34 @@ class NodeMap {
       if (piece.before == k) piece.reach_m = 0.0;
       piece.first -= piece.first > k ? 1 : 0;
       piece.before -= piece.before >= k && k > 0 ? 1 : 0;
+    }
+    hold_parts();
+  }
+
+  /// Removes the first nodes, and pieces that have no others.
+  void forget(int nodes) {
+    std::vector<Piece> kept;
+    std::vector<int> first_of_part(pieces_.size(), -1);  // in `kept`
+    for (int i = 0; i < pieces(); ++i) {
+      if (end_of_piece(i) <= nodes) continue;
+      Piece p = piece(i);
+      int& part = first_of_part[static_cast<std::size_t>(p.part)];
+      if (part < 0) part = static_cast<int>(kept.size());
+      p.part = part;
+      p.first = std::max(0, p.first - nodes);
+      if (p.before < nodes) p.reach_m = 0.0;
+      p.before = std::max(0, p.before - nodes);
+      kept.push_back(p);
+    }
+    pieces_ = std::move(kept);
+    graph_.poses.erase(graph_.poses.begin(), graph_.poses.begin() + nodes);
+    views_.erase(views_.begin(), views_.begin() + nodes);
+    for (auto* edges : {&graph_.edges, &possible_joins_}) {
+      std::erase_if(*edges, [&](const auto& e) { return std::min(e.from, e.to) < nodes; });
+      for (PoseEdge<SE2d>& e : *edges) {
+        e.from -= nodes;
+        e.to -= nodes;
+      }
     }
     hold_parts();
   }

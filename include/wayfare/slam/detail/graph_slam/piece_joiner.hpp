@@ -20,6 +20,7 @@
 #include <wayfare/slam/detail/graph_slam/wall_crossings.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare::detail {
 
@@ -73,12 +74,12 @@ class PieceJoiner {
   /// Nodes were removed or moved.
   void nodes_changed() { fields_.clear(); }
 
-  void count(const NodeMap& nodes, GraphSlamStatistics& statistics) {
+  void count(const NodeMap& nodes, PieceStatistics& statistics) {
     statistics.pieces = static_cast<std::size_t>(nodes.pieces());
     statistics.joins_refused += std::exchange(refused_, 0);
-    statistics.pieces_apart = 0;
+    statistics.pieces_apart = statistics.short_apart = 0;
     for (const int part : nodes.parts())
-      if (part != 0 && !is_small(nodes, part)) ++statistics.pieces_apart;
+      if (part != 0) ++(is_small(nodes, part) ? statistics.short_apart : statistics.pieces_apart);
   }
 
   /// Whether a part of the map has too few nodes to be joined to.

@@ -10,7 +10,7 @@
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare::detail {
 
