@@ -72,7 +72,7 @@ class LoggerPanel {
     this.showState(s.state, s.state);
     this.answerCheck(s);
     $("facts").textContent = `${durationText(s.seconds)}, ${sizeText(s.written)} written, ${sizeText(s.disk_free)} free, ${sizeText(s.queued)} queued, ${s.dropped} dropped`;
-    this.show("error", s.error || s.warning);
+    this.show("error", s.error);
     // What the logger warns of, in one text or several, of itself or of a sensor.
     const warnings = [s, ...s.sensors].flatMap((x) => [x.warning, x.warnings].flat().filter(Boolean).map((w) => (x.name ? x.name + ": " : "") + w));
     this.show("warned", warnings.join("; "));
@@ -80,7 +80,7 @@ class LoggerPanel {
     for (const x of s.sensors) {
       const row = $("sensors").insertRow();
       cell(row, x.name);
-      cell(row, [x.state + (x.note ? " (" + x.note + ")" : ""), x.warning].filter(Boolean).join(": "));
+      cell(row, x.state + (x.note ? " (" + x.note + ")" : ""));
       cell(row, (x.bytes_per_s / 1e3).toFixed(1), true);
       cell(row, x.messages_per_s.toFixed(1), true);
       for (const name of ["skipped_bytes", "dropped", "damaged"]) cell(row, x[name], true);
