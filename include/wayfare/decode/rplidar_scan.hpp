@@ -182,7 +182,6 @@ class RplidarRevolutions {
         ++dropped_;
         whole_ = false;
       } else {
-        if (size_ != 0) travel_q6_ += advance_q6(points_[size_ - 1].point, points[i]);
         points_[size_++] = {points[i], last - sample * to_last};
       }
     }
@@ -207,18 +206,25 @@ class RplidarRevolutions {
     return step_q6 - (step_q6 > kTurn_q6 / 2) * kTurn_q6 + (step_q6 < -kTurn_q6 / 2) * kTurn_q6;
   }
 
+  /// Less than a turn and a half from the first point to the last, by sixteen steps between them.
+  [[nodiscard]] bool is_one() const {
+    constexpr std::size_t kSteps = 16;
+    int travel_q6 = 0;
+    for (std::size_t i = 0; i < kSteps; ++i)
+      travel_q6 += advance_q6(points_[i * (size_ - 1) / kSteps].point,
+                              points_[(i + 1) * (size_ - 1) / kSteps].point);
+    return travel_q6 < kTurn_q6 + kTurn_q6 / 2;
+  }
+
   template <class Sink>
   void end_revolution(Sink& sink) {
-    const bool one = travel_q6_ < kTurn_q6 + kTurn_q6 / 2;
-    if (size_ != 0) sink(RplidarRevolution{std::span(points_).first(size_), whole_ && one});
+    if (size_ != 0) sink(RplidarRevolution{std::span(points_).first(size_), whole_ && is_one()});
     size_ = 0;
-    travel_q6_ = 0;
     whole_ = true;
   }
 
   std::array<TimedRplidarPoint, kMaxPoints> points_{};
   std::size_t size_ = 0;
-  int travel_q6_ = 0;  ///< angle from the first point to the last
   bool whole_ = false;
   std::uint64_t dropped_ = 0;
 };
