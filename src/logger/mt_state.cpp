@@ -171,8 +171,8 @@ std::string mt_state_json(const MtState& state, std::string_view frame) {
   if (!state.satellites.empty()) {
     out += R"(,"satellites":[)";
     for (const decode::MtSatellite& s : state.satellites) {
-      out += out.back() == '[' ? "" : ",";
-      io::text::append_numbers(out, std::array<unsigned, 4>{s.system, s.id, s.cn0_dbhz, s.flags});
+      if (out.back() != '[') out += ',';
+      put_list(out, std::array<unsigned, 4>{s.system, s.id, s.cn0_dbhz, s.flags});
     }
     out += ']';
   }

@@ -17,6 +17,21 @@
 
 namespace wayfare::logger::message_text {
 
+/// Writes numbers as a list.
+template <class Numbers>
+void put_list(std::string& out, const Numbers& numbers) {
+  out += '[';
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (i != 0) out += ',';
+    if constexpr (sizeof(numbers[i]) == 1) {
+      put(out, static_cast<int>(numbers[i]));
+    } else {
+      put(out, numbers[i]);
+    }
+  }
+  out += ']';
+}
+
 /// Writes `,"name":value` of what is present.
 class FieldWriter {
  public:
@@ -32,7 +47,7 @@ class FieldWriter {
   void operator()(const char* name, const std::vector<T>& values) {
     if (values.empty()) return;
     key(name);
-    io::text::append_numbers(out_, values);
+    put_list(out_, values);
   }
   template <class T>
   requires std::integral<T> || std::floating_point<T>

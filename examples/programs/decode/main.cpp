@@ -52,7 +52,8 @@ void describe(CommandLine& app, Arguments& a) {
   app.add_option("--out", a.out, "file to write; by default standard output").shown_as("FILE");
   add_force_and_quiet(app, a);
   app.add_option("--topic", a.topic,
-                 "of a recording: the device's bytes, such as /radar/raw; by default the only ones")
+                 "of the unit, in a recording (.mcap) of several devices of its kind: its bytes, "
+                 "such as /radar/raw")
       .shown_as("TOPIC");
   app.add_option("--table", a.table,
                  "ti: points, frames (also empty ones: statistics, temperatures), profiles, "
