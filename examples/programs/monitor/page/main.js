@@ -7,7 +7,7 @@ const panels = new Panels(clock), scene = new Scene(transforms), inspector = new
 const logger = new LoggerPanel(), recording = new RecordingPanel(clock);
 const loader = new Loader((message) => takeTransform(message));
 const drawing = { frames: 0, late: 0, rate: 0, ms: 0 };  // of the animation; ms: to draw all frames
-const stream = { source: null, key: null, messages: 0, missed: {}, missedBefore: 0, paths: "" };
+const stream = { source: null, key: null, messages: 0, missed: {}, missedBefore: 0 };
 let about = {}, topicsShown = "", logged = "", askedContents = 0;
 recording.interval = () => panels.interval();
 
@@ -68,11 +68,15 @@ async function showContents(contents, growing) {
     const end = contents.seconds + 1, { messages } = await askRange({ topic: offered.map((t) => t.topic), from: end, until: end, before: 1 });
     for (const message of messages) { samples.set(message.topic, message); takeTransform(message); }
   } catch (error) { console.warn(error.message); }
+  if (key !== topicsShown) return;  // others have been shown meanwhile
   setTopics(offered, contents.schemas, samples);
 }
 async function readContents() {
   askedContents = Date.now();
-  try { await showContents(await ask("/api/contents"), false); } catch (error) {
+  try {
+    const contents = await ask("/api/contents");
+    if (!logger.growing) await showContents(contents, false);
+  } catch (error) {
     if (!recording.contents) $("size").textContent = error.message;
   }
 }
@@ -93,13 +97,11 @@ function takeStatus(status) {
   const was = logger.growing, elsewhere = status.file !== logged;
   logger.showStatus(status);
   if (!recording.contents) showSamples(status);
-  const grows = logger.growing && stream.paths === status.file;
   // The contents of a growing recording are pushed.
-  if (!grows && (elsewhere || was !== logger.growing || !recording.contents && Date.now() - askedContents > 3000)) readContents();
+  if (!logger.growing && (elsewhere || was !== logger.growing || !recording.contents && Date.now() - askedContents > 3000)) readContents();
   logged = status.file;
 }
 function takeContents(contents) {
-  stream.paths = contents.path;
   if (!logger.growing || contents.path !== logged) return;
   if (!recording.contents) { clock.live = false; }  // until now samples of the statuses
   showContents(contents, true).catch(console.error);

@@ -85,7 +85,7 @@ class Panels {
   interval() {
     const { clock } = this;
     if (clock.following) {
-      const a = Math.max(clock.t - this.width, clock.start);
+      const a = Math.max(this.step * Math.floor((clock.t - this.width) / this.step), clock.start);
       this.last = [a, a + this.width];
       return this.last;
     }
@@ -113,8 +113,13 @@ class Panels {
     this.width = 20;
   }
 
+  // Curves that grow are drawn anew by whole pixels.
+  get step() { return this.width / 500; }
+
   draw(origin, recorded, store) {
-    const [a, b] = this.interval(), { clock } = this;
+    const [a, b] = this.interval(), { clock } = this, tick = Math.floor((clock.following ? clock.t : clock.end) / this.step);
+    if (clock.live && tick !== this.tick) for (const plot of this.plots) plot.changed = true;
+    this.tick = tick;
     for (const plot of this.plots) {
       const local = clock.following || !recorded || clock.live && plot.live.t.length > 0 && a >= plot.live.t[0];
       if (!local && plot.choice?.kind === "numbers") this.read(plot, a, b, origin);

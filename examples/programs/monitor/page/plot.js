@@ -93,7 +93,6 @@ class Plot {
   take(message) {
     if (this.choice.kind !== "numbers") return;
     this.live.add(message.m, this.choice.fields.map((field) => numberAt(message.value, field)));
-    this.changed = true;
   }
   stretch(factor) {
     const [low, high] = this.heights ?? this.range, middle = (low + high) / 2, half = (high - low) / 2 / factor;
@@ -178,27 +177,32 @@ class Plot {
     for (let t = first; t <= b - origin; t += step) c.fillText(t.toFixed(digits) + " s", limited(box.x(t + origin), box.left + 12, box.right - 14), h - 5);
     c.textAlign = "left";
   }
-  // Of many samples in one pixel the smallest and the largest; interrupted at gaps.
+  // Of many samples in one pixel a bar from the smallest to the largest; interrupted at gaps.
   curve(c, box, curves, column, from, until, colour) {
-    const { t, gap } = curves, wide = box.right - box.left, dense = until - from > 3 * wide;
-    c.strokeStyle = colour; c.lineWidth = 1.25; c.beginPath();
-    let down = false, pixel = -1, low = 0, high = 0, before = -Infinity;
-    const flush = () => { if (pixel >= 0) { c.lineTo(pixel, box.y(low)); c.lineTo(pixel, box.y(high)); } };
+    const { t, gap } = curves, dense = until - from > 3 * (box.right - box.left);
+    c.strokeStyle = c.fillStyle = colour; c.lineWidth = 1.25; c.beginPath();
+    let down = false, pixel = NaN, low = 0, high = 0, last = 0, before = -Infinity;
+    const bar = () => { const top = box.y(high); c.fillRect(pixel, top - 0.5, 1, box.y(low) - top + 1); };
     for (let i = from; i < until; ++i) {
       const v = column[i];
-      const ended = v === null || Number.isNaN(v) || t[i] - before > gap;
-      if (ended && dense) { flush(); pixel = -1; }
-      if (v === null || Number.isNaN(v)) { down = false; before = -Infinity; continue; }
-      if (ended) down = false;
+      if (v === null || Number.isNaN(v)) { down = false; continue; }
+      if (t[i] - before > gap) down = false;
       before = t[i];
       const x = box.x(t[i]);
-      if (!down) { c.moveTo(x, box.y(v)); c.lineTo(x + 0.5, box.y(v)); down = true; }
-      if (!dense) { c.lineTo(x, box.y(v)); continue; }
-      const at = Math.round(x);
-      if (at !== pixel) { flush(); pixel = at; low = high = v; }
-      low = Math.min(low, v); high = Math.max(high, v);
+      if (!dense) {
+        if (!down) { c.moveTo(x, box.y(v)); c.lineTo(x + 0.5, box.y(v)); }
+        c.lineTo(x, box.y(v));
+      } else if (Math.round(x) === pixel && down) {
+        low = Math.min(low, v); high = Math.max(high, v);
+      } else {
+        if (!Number.isNaN(pixel)) bar();
+        pixel = Math.round(x);
+        low = down ? Math.min(v, last) : v; high = down ? Math.max(v, last) : v;
+      }
+      last = v;
+      down = true;
     }
-    if (dense) flush();
+    if (!Number.isNaN(pixel)) bar();
     c.stroke();
   }
   // The time shown, and the values at the pointer.
