@@ -45,6 +45,8 @@ foreach(document IN LISTS documents)
   string(REGEX REPLACE "[][]" " " text "${text}")
   string(REGEX REPLACE "\\\\\n *" " " text "${text}")     # a command that is continued
   string(REGEX REPLACE "(;|&&|[|])" "\n" text "${text}")  # several commands on a line
+  # A script that runs the programs has options of its own.
+  string(REGEX REPLACE "benchmarks/[a-z_/]+ build/bin[^`\n]*" "" text "${text}")
   foreach(program IN LISTS names)
     string(REGEX MATCHALL "([`\n] *|bin/)${program} [^`\n]*" commands "${text}")
     foreach(command IN LISTS commands)

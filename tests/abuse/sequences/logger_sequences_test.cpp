@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <thread>
@@ -243,6 +244,7 @@ TEST(LoggerSequences, AnyChunksGiveTheSameMessages) {
         const auto decoder = std::move(*make_decoder({"a", kind, kBaud, ""}));
         std::string all;
         std::vector<LogTime> times;
+        std::map<std::string, std::size_t> of_topic;
         for (std::size_t at = 0; at < bytes.size();) {
           const std::size_t n = std::min<std::size_t>(bytes.size() - at, rng.below(most));
           at += n;
@@ -250,10 +252,13 @@ TEST(LoggerSequences, AnyChunksGiveTheSameMessages) {
                         start + decode::line_time(at, kBaud), [&](const DecodedMessage& m) {
                           all += m.stream->topic + without_time(m.json);
                           times.push_back(m.time);
+                          ++of_topic[m.stream->topic];
                         });
         }
         const DecodingStatus s = decoder->status();
-        EXPECT_EQ(s.messages, times.size());
+        std::size_t most_of_topic = 0;
+        for (const auto& [topic, count] : of_topic) most_of_topic = std::max(most_of_topic, count);
+        EXPECT_EQ(s.messages, most_of_topic);
         return std::pair(
             all + s.sample + std::to_string(s.skipped_bytes) + "," + std::to_string(s.damaged),
             times);
