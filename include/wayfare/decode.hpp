@@ -10,6 +10,7 @@
 #include <wayfare/decode/nmea.hpp>
 #include <wayfare/decode/rplidar_conf.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/decode/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_point.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>

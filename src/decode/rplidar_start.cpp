@@ -130,17 +130,17 @@ RplidarRequest RplidarStart::request_of(Step step) const {
     case Step::board:
       return rplidar_get_board_flags();
     case Step::rotation:
-      return rplidar_get_conf(rplidar_key::kRotation);
+      return rplidar_get_conf(RplidarConfKey::desired_rotation);
     case Step::modes:
-      return rplidar_get_conf(rplidar_key::kModes);
+      return rplidar_get_conf(RplidarConfKey::mode_count);
     case Step::typical:
-      return rplidar_get_conf(rplidar_key::kTypicalMode);
+      return rplidar_get_conf(RplidarConfKey::typical_mode);
     case Step::name:
-      return rplidar_get_conf(rplidar_key::kModeName, number_);
+      return rplidar_get_conf(RplidarConfKey::mode_name, number_);
     case Step::answer:
-      return rplidar_get_conf(rplidar_key::kModeAnswer, number_);
+      return rplidar_get_conf(RplidarConfKey::mode_response, number_);
     case Step::sample:
-      return rplidar_get_conf(rplidar_key::kModeSample, number_);
+      return rplidar_get_conf(RplidarConfKey::mode_sample_us, number_);
     case Step::motor:
       if (series() >= kFirstWithMotor) return rplidar_motor_speed(rpm_);
       return pwm_ ? rplidar_motor_pwm(duty_) : RplidarRequest{};
@@ -181,21 +181,22 @@ void RplidarStart::take(const RplidarPacket& packet, LogTime now) {
 
 void RplidarStart::take_conf(const RplidarConf& conf) {
   const Bytes v = conf.value;
-  const auto is = [&](Step step, std::uint32_t key, std::size_t least) {
+  const auto is = [&](Step step, RplidarConfKey key, std::size_t least) {
     const bool expected = step_ == step && conf.key == key && v.size() >= least;
     answered_ = answered_ || expected;
     return expected;
   };
-  if (is(Step::rotation, rplidar_key::kRotation, 4)) {
+  if (is(Step::rotation, RplidarConfKey::desired_rotation, 4)) {
     rpm_ = load_le<std::uint16_t>(v.data());
     duty_ = load_le<std::uint16_t>(&v[2]);
   }
-  if (is(Step::modes, rplidar_key::kModes, 2)) modes_ = load_le<std::uint16_t>(v.data());
-  if (is(Step::typical, rplidar_key::kTypicalMode, 2)) number_ = load_le<std::uint16_t>(v.data());
-  if (is(Step::name, rplidar_key::kModeName, 1)) identity_.mode = text_of(v);
-  if (is(Step::answer, rplidar_key::kModeAnswer, 1))
+  if (is(Step::modes, RplidarConfKey::mode_count, 2)) modes_ = load_le<std::uint16_t>(v.data());
+  if (is(Step::typical, RplidarConfKey::typical_mode, 2))
+    number_ = load_le<std::uint16_t>(v.data());
+  if (is(Step::name, RplidarConfKey::mode_name, 1)) identity_.mode = text_of(v);
+  if (is(Step::answer, RplidarConfKey::mode_response, 1))
     identity_.scan = static_cast<RplidarResponse>(v[0]);
-  is(Step::sample, rplidar_key::kModeSample, 4);
+  is(Step::sample, RplidarConfKey::mode_sample_us, 4);
 }
 
 RplidarRequest RplidarStart::next(LogTime now) {

@@ -124,10 +124,10 @@ bool read_satellites(const json& from, std::vector<decode::MtSatellite>& satelli
 }  // namespace
 
 bool MtState::has_content() const {
-  std::string fields;
-  FieldWriter writer(fields);
-  kContentFields(sample, writer);
-  return writer.any() || sample.utc || sample.gnss || !satellites.empty() || raw.counts ||
+  bool any = false;
+  const auto present = [&any](const char*, const auto& value) { any = any || value.has_value(); };
+  kContentFields(sample, present);
+  return any || sample.utc || sample.gnss || !satellites.empty() || raw.counts ||
          raw.gyro_temperature_c;
 }
 

@@ -55,12 +55,9 @@ class FieldWriter {
     key(name);
     write(value);
   }
-  /// Whether anything was written.
-  [[nodiscard]] bool any() const { return any_; }
 
  private:
   void key(const char* name) {
-    any_ = true;
     out_ += ",\"";
     out_ += name;
     out_ += "\":";
@@ -86,7 +83,6 @@ class FieldWriter {
   }
 
   std::string& out_;
-  bool any_ = false;
 };
 
 /// Reads fields that are present; `good` becomes false where one is of another type.

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include <wayfare/decode/detail/crc32.hpp>
+#include <wayfare/decode/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 
 #include "rplidar_streams.hpp"

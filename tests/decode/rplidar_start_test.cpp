@@ -238,11 +238,11 @@ TEST(RplidarRunning, NodesAreFoundFromAnyByteOn) {
 
 TEST(RplidarRunning, CapsulesAreTakenByTheirKind) {
   Rng rng(3);
-  for (const auto kind :
-       {RplidarResponse::express, RplidarResponse::dense, RplidarResponse::ultra}) {
+  for (const auto kind : {RplidarResponse::express, RplidarResponse::dense, RplidarResponse::ultra,
+                          RplidarResponse::ultra_dense}) {
     Stream stream;
     for (int i = 0; i < 20; ++i) {
-      Stream contents(kind == RplidarResponse::ultra ? 128 : 80);
+      Stream contents(rplidar_packet_bytes(kind) - 4);
       for (auto& byte : contents) byte = static_cast<std::uint8_t>(rng());
       // A wall: distances within a few millimetres of each other, the rest by chance.
       if (kind == RplidarResponse::dense)
@@ -263,6 +263,22 @@ TEST(RplidarRunning, CapsulesAreTakenByTheirKind) {
     });
     EXPECT_EQ(capsules, 19U) << static_cast<int>(kind);
   }
+}
+
+TEST(RplidarRunning, HqCapsulesAreTakenWhole) {
+  Stream stream;
+  for (std::uint16_t i = 0; i < 5; ++i)
+    append(stream, hq_capsule(std::vector<HqNode>(96, HqNode{i, 4000, 200}), i));
+  testing::DecoderLaws<RplidarDecoder> laws{stream, kAsText};
+  laws.make = [] { return std::make_unique<RplidarDecoder>(RplidarFraming::running()); };
+  laws.any_split_gives_the_same();
+  RplidarDecoder decoder{RplidarFraming::running()};
+  std::size_t capsules = 0;
+  decoder.feed(Bytes(stream).subspan(17), [&](const RplidarPacket& p) {
+    EXPECT_EQ(p.response(), RplidarResponse::hq);
+    ++capsules;
+  });
+  EXPECT_EQ(capsules, 4U);
 }
 
 TEST(RplidarRunning, ADescriptorEndsIt) {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <memory>
 
+#include <wayfare/decode/rplidar_conf.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
@@ -29,10 +30,10 @@ TEST(Rplidar, RequestsMatchTheManual) {
   EXPECT_EQ(hex(rplidar_motor_speed(600).bytes()),
             "A5A8025802"
             "55");
-  EXPECT_EQ(hex(rplidar_get_conf(0x70).bytes()),
+  EXPECT_EQ(hex(rplidar_get_conf(RplidarConfKey::mode_count).bytes()),
             "A5840470000000"
             "55");
-  EXPECT_EQ(hex(rplidar_get_conf(0x7F, 2).bytes()),
+  EXPECT_EQ(hex(rplidar_get_conf(RplidarConfKey::mode_name, 2).bytes()),
             "A584067F0000000200"
             "5A");
 }
@@ -72,7 +73,7 @@ TEST(Rplidar, SingleAnswers) {
     } else {
       const auto conf = rplidar_conf(p.bytes());
       ASSERT_TRUE(conf);
-      EXPECT_EQ(conf->key, 0x75U);
+      EXPECT_EQ(conf->key, RplidarConfKey::mode_response);
       EXPECT_EQ(conf->value[0], 0x84);
     }
   };

@@ -88,7 +88,7 @@ void LiveFeed::run() {
   constexpr milliseconds kPoll(20);
   constexpr std::chrono::seconds kSilence(1);
   std::uint64_t seen = 0, described = 0;
-  Clock::time_point heard = Clock::now(), told = heard - kSilence;
+  Clock::time_point heard = Clock::now(), described_at = heard - kSilence;
   for (bool more = false;;) {
     {
       const std::lock_guard lock(mutex_);
@@ -106,9 +106,9 @@ void LiveFeed::run() {
     if (tail_) {
       more = tail_->poll([&](const auto& m, bool old) { take(m, old); });
       const std::uint64_t bytes = tail_->contents().bytes;
-      if (bytes != described && now - told >= kSilence) {
+      if (bytes != described && now - described_at >= kSilence) {
         described = bytes;
-        told = now;
+        described_at = now;
         publish("contents", event("contents", contents_text(tail_->path(), tail_->contents())));
       }
     }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/time.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 
 namespace wayfare::decode {
@@ -35,36 +36,39 @@ enum class RplidarConfKey : std::uint32_t {
   static_ip_address = 0x1CCC0,  ///< addresses of the network interface
 };
 
+/// Queries a setting; the response is RplidarConf.
+constexpr RplidarRequest rplidar_get_conf(RplidarConfKey key) {
+  const auto k = static_cast<std::uint32_t>(key);
+  return detail::rplidar_request(0x84, {k, k >> 8, k >> 16, k >> 24});
+}
+/// Queries a setting of one scan mode.
+constexpr RplidarRequest rplidar_get_conf(RplidarConfKey key, std::uint16_t mode) {
+  const auto k = static_cast<std::uint32_t>(key);
+  return detail::rplidar_request(
+      0x84, {k, k >> 8, k >> 16, k >> 24, mode, static_cast<unsigned>(mode >> 8)});
+}
+
 /// Changes a setting; the response is RplidarConfSet. `value` in the device's form, at most 56
 /// bytes; nullopt where it is longer.
 [[nodiscard]] inline std::optional<RplidarRequest> rplidar_set_conf(RplidarConfKey key,
                                                                     Bytes value) {
-  RplidarRequest request;
-  constexpr std::size_t kAround = 2 + 1 + 4 + 1;  // command, length, key, sum
-  if (value.size() > request.content.size() - kAround) return std::nullopt;
-  request.content[0] = 0xA5;
-  request.content[1] = 0x85;
-  request.content[2] = static_cast<std::uint8_t>(4 + value.size());
-  store_le(static_cast<std::uint32_t>(key), &request.content[3]);
-  std::copy(value.begin(), value.end(), request.content.begin() + 7);
-  request.size = kAround + value.size();
-  std::uint8_t sum = 0;
-  for (std::size_t i = 0; i + 1 < request.size; ++i) sum ^= request.content[i];
-  request.content[request.size - 1] = sum;
-  return request;
+  std::array<std::uint8_t, 4 + 56> payload{};
+  if (value.size() > payload.size() - 4) return std::nullopt;
+  store_le(static_cast<std::uint32_t>(key), payload.data());
+  std::copy(value.begin(), value.end(), payload.begin() + 4);
+  return detail::rplidar_request(0x85, Bytes(payload).first(4 + value.size()));
 }
 
 /// Starts a scan of HQ capsules: one flag byte and 32 reserved ones.
 constexpr RplidarRequest rplidar_hq_scan(std::uint8_t flag = 0) {
-  RplidarRequest request;
-  request.content[0] = 0xA5;
-  request.content[1] = 0x83;
-  request.content[2] = 33;
-  request.content[3] = flag;
-  request.size = 2 + 1 + 33 + 1;
-  request.content[request.size - 1] = static_cast<std::uint8_t>(0xA5 ^ 0x83 ^ 33 ^ flag);
-  return request;
+  return detail::rplidar_request(0x83, std::array<std::uint8_t, 33>{flag});
 }
+
+/// Response to rplidar_get_conf; the value's meaning depends on the key.
+struct RplidarConf {
+  RplidarConfKey key{};  ///< as queried
+  Bytes value;           ///< as sent; must outlive this
+};
 
 /// Response to rplidar_set_conf.
 struct RplidarConfSet {
@@ -77,6 +81,20 @@ struct RplidarConfSet {
   if (b.size() != 8) return std::nullopt;
   return RplidarConfSet{static_cast<RplidarConfKey>(load_le<std::uint32_t>(b.data())),
                         load_le<std::uint32_t>(&b[4])};
+}
+
+/// The content of a response of 4 bytes or more.
+[[nodiscard]] inline std::optional<RplidarConf> rplidar_conf(Bytes b) {
+  if (b.size() < 4) return std::nullopt;
+  return RplidarConf{static_cast<RplidarConfKey>(load_le<std::uint32_t>(b.data())), b.subspan(4)};
+}
+
+/// The time of one sample of a mode, where `conf` is that: more than none, less than a second.
+[[nodiscard]] inline std::optional<Duration> rplidar_mode_sample(const RplidarConf& conf) {
+  if (conf.key != RplidarConfKey::mode_sample_us || conf.value.size() < 4) return std::nullopt;
+  const auto us_q8 = load_le<std::uint32_t>(conf.value.data());
+  if (us_q8 == 0 || us_q8 >= 256'000'000U) return std::nullopt;
+  return Duration(std::int64_t{us_q8} * 1000 / 256);
 }
 
 }  // namespace wayfare::decode

@@ -11,7 +11,6 @@
 #include <optional>
 
 #include <wayfare/core/detail/bytes.hpp>
-#include <wayfare/core/time.hpp>
 
 namespace wayfare::decode {
 
@@ -27,8 +26,8 @@ struct RplidarRequest {
 namespace detail {
 
 /// A5, command, and with a payload: its length, the payload and the XOR of all bytes before.
-constexpr RplidarRequest rplidar_request(std::uint8_t command,
-                                         std::initializer_list<unsigned> payload = {}) {
+template <class Numbers = std::initializer_list<unsigned>>
+constexpr RplidarRequest rplidar_request(std::uint8_t command, const Numbers& payload = {}) {
   RplidarRequest request;
   const auto put = [&](unsigned byte) {
     request.content[request.size++] = static_cast<std::uint8_t>(byte);
@@ -37,7 +36,7 @@ constexpr RplidarRequest rplidar_request(std::uint8_t command,
   put(command);
   if (payload.size() == 0) return request;
   put(static_cast<unsigned>(payload.size()));
-  for (const unsigned byte : payload) put(byte & 0xFFU);
+  for (const auto byte : payload) put(byte & 0xFFU);
   unsigned sum = 0;
   for (std::size_t i = 0; i < request.size; ++i) sum ^= request.content[i];
   put(sum);
@@ -64,15 +63,6 @@ constexpr RplidarRequest rplidar_get_info() { return detail::rplidar_request(0x5
 constexpr RplidarRequest rplidar_get_health() { return detail::rplidar_request(0x52); }
 /// Queries the times of one sample.
 constexpr RplidarRequest rplidar_get_sample_rate() { return detail::rplidar_request(0x59); }
-/// Queries a setting (firmware 1.24 and later); keys 0x71, 0x74, 0x75, 0x7F are per mode.
-constexpr RplidarRequest rplidar_get_conf(std::uint32_t key) {
-  return detail::rplidar_request(0x84, {key, key >> 8, key >> 16, key >> 24});
-}
-/// Queries a setting of one scan mode.
-constexpr RplidarRequest rplidar_get_conf(std::uint32_t key, std::uint16_t mode) {
-  return detail::rplidar_request(
-      0x84, {key, key >> 8, key >> 16, key >> 24, mode, static_cast<unsigned>(mode >> 8)});
-}
 /// Queries the features of the adapter board: bit 0, it controls the motor.
 constexpr RplidarRequest rplidar_get_board_flags() {
   return detail::rplidar_request(0xFF, {0, 0, 0, 0});
@@ -192,22 +182,6 @@ struct RplidarSampleRate {
       express_us = 0;             ///< of a scan of capsules
 };
 
-/// A setting queried with rplidar_get_conf; the value's meaning depends on the key.
-struct RplidarConf {
-  std::uint32_t key = 0;  ///< as queried
-  Bytes value;            ///< as sent; must outlive this
-};
-
-/// Keys of rplidar_get_conf, with the values' types.
-namespace rplidar_key {
-inline constexpr std::uint32_t kRotation = 0x01;     ///< u16 revolutions per minute, u16 duty
-inline constexpr std::uint32_t kModes = 0x70;        ///< u16, their number
-inline constexpr std::uint32_t kModeSample = 0x71;   ///< of a mode: u32, µs of a sample times 256
-inline constexpr std::uint32_t kModeAnswer = 0x75;   ///< of a mode: u8, a RplidarResponse
-inline constexpr std::uint32_t kTypicalMode = 0x7C;  ///< u16
-inline constexpr std::uint32_t kModeName = 0x7F;     ///< of a mode: text
-}  // namespace rplidar_key
-
 /// The content of a response of 20 bytes.
 [[nodiscard]] inline std::optional<RplidarInfo> rplidar_info(Bytes b) {
   if (b.size() != 20) return std::nullopt;
@@ -226,20 +200,6 @@ inline constexpr std::uint32_t kModeName = 0x7F;     ///< of a mode: text
 [[nodiscard]] inline std::optional<RplidarSampleRate> rplidar_sample_rate(Bytes b) {
   if (b.size() != 4) return std::nullopt;
   return RplidarSampleRate{load_le<std::uint16_t>(&b[0]), load_le<std::uint16_t>(&b[2])};
-}
-
-/// The content of a response of 4 bytes or more.
-[[nodiscard]] inline std::optional<RplidarConf> rplidar_conf(Bytes b) {
-  if (b.size() < 4) return std::nullopt;
-  return RplidarConf{load_le<std::uint32_t>(b.data()), b.subspan(4)};
-}
-
-/// The time of one sample of a mode, where `conf` is that: more than none, less than a second.
-[[nodiscard]] inline std::optional<Duration> rplidar_mode_sample(const RplidarConf& conf) {
-  if (conf.key != rplidar_key::kModeSample || conf.value.size() < 4) return std::nullopt;
-  const auto us_q8 = load_le<std::uint32_t>(conf.value.data());
-  if (us_q8 == 0 || us_q8 >= 256'000'000U) return std::nullopt;
-  return Duration(std::int64_t{us_q8} * 1000 / 256);
 }
 
 }  // namespace wayfare::decode

@@ -10,6 +10,7 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/decode/rplidar_conf.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 

@@ -113,7 +113,7 @@ class Panels {
     this.width = 20;
   }
 
-  // Curves that grow are drawn anew by whole pixels.
+  // Curves that grow are redrawn by whole pixels.
   get step() { return this.width / 500; }
 
   draw(origin, recorded, store) {

@@ -80,13 +80,13 @@ class Loader {
       this.read(this.until, ahead + 1, start, topics, false);
     return true;
   }
-  async read(from, seconds, start, topics, anew) {
+  async read(from, seconds, start, topics, replace) {
     this.busy = true;
     try {
       const values = { topic: topics, from: Math.max(0, from - start), until: Math.max(0, from - start) + seconds };
-      if (anew) values.before = 1;
+      if (replace) values.before = 1;
       const { until, messages } = await askRange(values);
-      if (anew) {
+      if (replace) {
         this.store.clear();
         this.begin = from;
       }
