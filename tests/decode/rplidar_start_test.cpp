@@ -253,7 +253,11 @@ TEST(RplidarRunning, CapsulesAreTakenByTheirKind) {
           for (const std::size_t at : {k, k + 2})
             store_le(static_cast<std::uint16_t>((2000 + rng.below(9)) << 2 | rng.below(4)),
                      &contents[at]);
-      append(stream, capsule(i * 20 * 64 % (360 * 64), contents));
+      const int angle_q6 = i * 20 * 64 % (360 * 64);
+      const std::vector<std::uint32_t> codes(
+          64, ultra_dense_code(0, 300U + static_cast<unsigned>(rng.below(9)), 40));
+      append(stream, kind == RplidarResponse::ultra_dense ? ultra_dense_capsule(angle_q6, codes)
+                                                          : capsule(angle_q6, contents));
     }
     RplidarDecoder decoder{RplidarFraming::running()};
     std::size_t capsules = 0;

@@ -9,6 +9,7 @@
 
 #include "decode/ti_streams.hpp"
 #include "decode/xbus_streams.hpp"
+#include "logger/damaged_text.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -230,14 +231,7 @@ TEST(DeviceMessages, DamagedMessagesAreErrorsOrMessages) {
   std::mt19937 random(3);
   for (const std::string& text : good) {
     for (int i = 0; i < 2000; ++i) {
-      std::string damaged = text;
-      for (int k = 0; k < 3; ++k) {
-        const std::size_t at = random() % damaged.size();
-        if (i % 3 == 0) damaged[at] = static_cast<char>(random());
-        if (i % 3 == 1) damaged.erase(at, 1 + random() % 8);
-        if (i % 3 == 2) damaged.insert(at, damaged.substr(random() % damaged.size(), 20));
-        if (damaged.empty()) damaged = "{}";
-      }
+      const std::string damaged = wayfare::testing::damaged(text, i, random);
       const auto points = parse_lidar_nodes(damaged);
       ASSERT_TRUE(!points || points->size() < 10);
       static_cast<void>(parse_radar_frame(damaged));

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "io/support.hpp"
+#include "logger/damaged_text.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -99,14 +100,7 @@ TEST(Messages, InvalidMessagesAreErrors) {
   std::mt19937 random(3);
   for (const std::string& text : good) {
     for (int i = 0; i < 3000; ++i) {
-      std::string damaged = text;
-      for (int k = 0; k < 3; ++k) {
-        const std::size_t at = random() % damaged.size();
-        if (i % 3 == 0) damaged[at] = static_cast<char>(random());
-        if (i % 3 == 1) damaged.erase(at, 1 + random() % 8);
-        if (i % 3 == 2) damaged.insert(at, damaged.substr(random() % damaged.size(), 20));
-        if (damaged.empty()) damaged = "{}";
-      }
+      const std::string damaged = wayfare::testing::damaged(text, i, random);
       // Any result is valid, but the call must return.
       const auto cloud = parse_point_cloud(damaged);
       ASSERT_TRUE(!cloud || cloud->points.size() < 100);

@@ -128,13 +128,14 @@ inline Stream node_stream() {
   return out;
 }
 
-inline Stream capsule_stream(std::size_t contents) {
+/// `angle_at`: where a capsule has its angle.
+inline Stream capsule_stream(std::size_t contents, std::size_t angle_at = 2) {
   Rng rng(4);
   Stream out;
   for (unsigned i = 0; i < 5000; ++i) {
     Stream capsule(4 + contents);
     for (auto& byte : capsule) byte = static_cast<std::uint8_t>(rng());
-    store_le(static_cast<std::uint16_t>(i * 640 % (360 * 64)), &capsule[2]);
+    store_le(static_cast<std::uint16_t>(i * 640 % (360 * 64)), &capsule[angle_at]);
     unsigned sum = 0;
     for (std::size_t k = 2; k < capsule.size(); ++k) sum ^= capsule[k];
     capsule[0] = static_cast<std::uint8_t>(0xA0 | (sum & 15));
@@ -144,21 +145,7 @@ inline Stream capsule_stream(std::size_t contents) {
   return out;
 }
 
-inline Stream ultra_dense_stream() {
-  Rng rng(7);
-  Stream out;
-  for (unsigned i = 0; i < 5000; ++i) {
-    Stream capsule(170);
-    for (auto& byte : capsule) byte = static_cast<std::uint8_t>(rng());
-    store_le(static_cast<std::uint16_t>(i * 640 % (360 * 64)), &capsule[8]);
-    unsigned sum = 0;
-    for (std::size_t k = 2; k < capsule.size(); ++k) sum ^= capsule[k];
-    capsule[0] = static_cast<std::uint8_t>(0xA0 | (sum & 15));
-    capsule[1] = static_cast<std::uint8_t>(0x50 | sum >> 4);
-    out.insert(out.end(), capsule.begin(), capsule.end());
-  }
-  return out;
-}
+inline Stream ultra_dense_stream() { return capsule_stream(166, 8); }
 
 inline Stream hq_stream() {
   Rng rng(8);

@@ -140,12 +140,11 @@ class RplidarFraming {
       }
     }
     if (b[0] >> 4 != 0xA || b[1] >> 4 != 0x5) return Look::skip(1);
-    constexpr std::size_t kHead = 4;
     using enum RplidarResponse;
     for (const RplidarResponse kind : {express, ultra, ultra_dense}) {
-      const std::size_t size = rplidar_packet_bytes(kind);
-      if (b.size() < size + kHead) return Look::need(size + kHead);
-      if (!is_rplidar_capsule_run(b, size)) continue;
+      const std::size_t size = rplidar_packet_bytes(kind), run = size + rplidar_capsule_head(kind);
+      if (b.size() < run) return Look::need(run);
+      if (!is_rplidar_capsule_run(b, kind)) continue;
       expect(kind == express && is_rplidar_dense(b) ? dense : kind);
       return look_for_capsule(front, size, statistics);
     }

@@ -97,10 +97,16 @@ inline constexpr std::size_t kRplidarChain = 12;
   return (angle + 360 * 64) % (360 * 64) >= kLeast_q6;
 }
 
-/// Whether these bytes are a whole capsule of `size` bytes and the head of the one that follows.
-[[nodiscard]] inline bool is_rplidar_capsule_run(Bytes b, std::size_t size) {
-  const auto angle = [](const std::uint8_t* capsule) {
-    return static_cast<int>(load_le<std::uint16_t>(capsule + 2) & 0x7FFFU);
+/// Bytes of a capsule up to the end of its first angle.
+[[nodiscard]] constexpr std::size_t rplidar_capsule_head(RplidarResponse response) {
+  return response == RplidarResponse::ultra_dense ? 10 : 4;
+}
+
+/// Whether these bytes are a whole capsule and the head of the one that follows.
+[[nodiscard]] inline bool is_rplidar_capsule_run(Bytes b, RplidarResponse response) {
+  const std::size_t size = rplidar_packet_bytes(response);
+  const auto angle = [at = rplidar_capsule_head(response) - 2](const std::uint8_t* capsule) {
+    return static_cast<int>(load_le<std::uint16_t>(capsule + at) & 0x7FFFU);
   };
   const std::uint8_t* next = b.data() + size;
   const int step = (angle(next) - angle(b.data()) + 360 * 64) % (360 * 64);
