@@ -84,16 +84,26 @@ class PointSet {
   return points;
 }
 
-/// The points within `max_norm_m` of the origin, each at least `spacing_m` from the previous one
-/// kept: near walls, which a scan samples densely, then weigh no more than far ones.
+/// Of the points within `max_norm_m` of the origin, those about `spacing_m` apart along the scan:
+/// near walls, which a scan samples densely, then weigh no more than far ones. The spacing may fall
+/// short by the errors of the points.
+///
+/// A point is chosen by the points before it, not by its own distance from the last one kept: those
+/// whose error leads them away from it would be preferred, and a wall appear turned.
 [[nodiscard]] inline PointSet thin(const PointSet& points, float spacing_m, float max_norm_m) {
+  constexpr float kJump = 3.0F;  // spacings, to another wall
   PointSet kept;
   kept.reserve(points.size());
+  Eigen::Vector2f last = Eigen::Vector2f::Zero();
+  float step_m = 0.0F;  // between points up to `last`
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2f p = points[i];
     if (!(p.norm() <= max_norm_m)) continue;
-    if (!kept.empty() && (p - kept[kept.size() - 1]).norm() < spacing_m) continue;
-    kept.push_back(p);
+    const float to_p_m = (p - last).norm();
+    const bool jump = kept.empty() || to_p_m > kJump * spacing_m;
+    if (jump || (last - kept[kept.size() - 1]).norm() + step_m >= spacing_m) kept.push_back(p);
+    if (!jump) step_m = to_p_m;
+    last = p;
   }
   return kept;
 }
