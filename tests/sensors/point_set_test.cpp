@@ -70,15 +70,15 @@ TEST(PointSet, ThinningKeepsTheLastPointBeforeAJumpApartFromTheNextWall) {
 // A line through the points of a noisy scan of a straight wall is unbiased: its slope has no mean.
 // Points chosen by their own distance from the last one kept turn it by 0.16° in the scan's sense.
 TEST(PointSet, ThinningDoesNotTurnAWall) {
-  constexpr int kScans = 400, kBeams = 720;
+  constexpr int kScans = 400, kSteps = 720;
   constexpr double kWall_m = 1.5, kNoise_m = 0.02;
   for (const double sense : {1.0, -1.0}) {
     Rng rng(7);
     eval::IndependentMean slope;
     for (int s = 0; s < kScans; ++s) {
       PointSet wall;
-      for (int k = 0; k < kBeams; ++k) {
-        const double bearing = sense * (-1.2 + 2.4 * k / kBeams);
+      for (int k = 0; k < kSteps; ++k) {
+        const double bearing = sense * (-1.2 + 2.4 * k / kSteps);
         const double range = kWall_m / std::cos(bearing) + kNoise_m * rng.normal();
         const Eigen::Vector2d p(range * std::cos(bearing), range * std::sin(bearing));
         wall.push_back(p.cast<float>());
