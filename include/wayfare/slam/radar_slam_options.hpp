@@ -84,6 +84,13 @@ struct RbpfSensorOptions {
   return o;
 }
 
+/// A gyro's bias as a state of every particle, by a Kalman filter given its headings
+/// (Rao-Blackwellised, as are the maps): a Gauss-Markov process of the first order.
+struct GyroBiasOptions {
+  double sigma_rad_s = 0.004;          ///< stationary σ; 0: the gyro has no bias
+  double correlation_time_s = 3000.0;  ///< of the process
+};
+
 /// Particles, sensors and updates of a RadarSlam.
 struct RadarSlamOptions {
   std::size_t particles = 30;  ///< at least 1
@@ -108,6 +115,8 @@ struct RadarSlamOptions {
   /// Match LiDAR scans in between to the best particle's map, which gives their poses and detects
   /// motion that the motion model missed.
   bool match_skipped = false;
+
+  GyroBiasOptions gyro_bias{};  ///< of motion with a gyro's share
 
   /// Sampling of a particle's pose at its match.
   PoseProposalOptions proposal{.samples = 500, .headings = 20, .divide_by_proposal = true};

@@ -11,7 +11,9 @@ RadarSlam::RadarSlam(const RadarSlamOptions& options) : RadarSlam(CorrelativeMat
 RadarSlam::RadarSlam(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options)
     : engine_(detail::make_owned<Engine>(make, options)) {}
 
-Result<void> RadarSlam::move(const Gaussian<SE2d>& increment) { return engine_->move(increment); }
+Result<void> RadarSlam::move(const Gaussian<SE2d>& increment, double gyro_s) {
+  return engine_->move({increment, gyro_s});
+}
 Result<RbpfOutcome> RadarSlam::add_lidar(const LaserScan& scan) { return engine_->add_lidar(scan); }
 Result<RbpfOutcome> RadarSlam::add_radar(LogTime time, const PointSet& points_base) {
   return engine_->add_radar(time, points_base);

@@ -118,7 +118,7 @@ class RadarSlamStream::Impl {
     run.statistics = slam_.statistics();
     if (run.statistics.pieces > 1) run.crossings = slam_.wall_crossings();
     run.faults = faults_.faults(Duration(500'000'000));
-    run.gyro_bias_rad_s = reckoner_.gyro_bias_rad_s();
+    run.gyro_bias_rad_s = maps.gyro_bias.mean_rad_s;
     const std::size_t late = late_ + synchroniser_.statistics().refused_late;
     run.refused_scans = refusals_.count + late;
     run.first_refusal =
@@ -161,9 +161,10 @@ class RadarSlamStream::Impl {
   std::optional<LogTime> step_by_wheels() {
     const std::optional<SyncedStep> step = synchroniser_.next();
     if (!step) return std::nullopt;
-    (void)slam_.move(reckoner_.increment(*step, faults_));
-    if (step->laser) reckoner_.learn(lidar_scan(*step->laser));
-    if (step->radar) reckoner_.learn(radar_scan(step->radar->time, step->radar->points));
+    const BiasedMotion motion = reckoner_.increment(*step, faults_);
+    (void)slam_.move(motion.raw, motion.gyro_s);
+    if (step->laser) (void)lidar_scan(*step->laser);
+    if (step->radar) (void)radar_scan(step->radar->time, step->radar->points);
     return done(step->time);
   }
 
