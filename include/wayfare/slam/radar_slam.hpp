@@ -76,6 +76,7 @@ struct RbpfStatistics : PieceStatistics {
       matches_refused = 0;         ///< rejected
   std::size_t matches_gated = 0;   ///< by a MatchGate, over all searches
   std::size_t resampled = 0;       ///< times
+  std::size_t loops_closed = 0;    ///< that moved the path
   MatcherErrors matcher_errors;    ///< over all particles
 };
 
@@ -120,6 +121,9 @@ class RadarSlam {
   [[nodiscard]] Trajectory trajectory(std::size_t particle) const;
   /// The last of the best particle's poses; none before the first scan.
   [[nodiscard]] std::optional<StampedPose> pose() const;
+  /// Of that pose relative to the first, a right perturbation: by the drift of its path, the loops
+  /// closed, and the particles' spread. An upper bound.
+  [[nodiscard]] Eigen::Matrix3d covariance() const;
   [[nodiscard]] const OccupancyGrid& lidar_map() const;  ///< of the best particle
   [[nodiscard]] const OccupancyGrid& radar_map() const;  ///< of the best particle
   /// Of the best particles of all parts.
@@ -173,18 +177,19 @@ struct SensorFault {
 
 /// Results for a whole recording.
 struct RadarSlamRun {
-  Trajectory trajectory;               ///< one pose per accepted scan
-  OccupancyGrid lidar_map,             ///< the best particle's
-      radar_map;                       ///< likewise
-  RbpfStatistics statistics;           ///< counts
-  std::vector<StampedPose> particles;  ///< of the latest piece: their last poses
-  std::vector<double> log_weights;     ///< of the particles, normalised
-  std::vector<Trajectory> paths;       ///< of the particles; with RadarSlamOptions::keep_paths only
-  std::vector<SensorFault> faults;     ///< of wheels and gyro
-  double gyro_bias_rad_s = 0.0;        ///< estimate at the end
-  std::size_t refused_scans = 0;       ///< by add_lidar and add_radar
-  std::string first_refusal;           ///< reason for the first of them
-  WallCrossings crossings;             ///< of several pieces; else 0
+  Trajectory trajectory;                                 ///< one pose per accepted scan
+  OccupancyGrid lidar_map,                               ///< the best particle's
+      radar_map;                                         ///< likewise
+  RbpfStatistics statistics;                             ///< counts
+  std::vector<StampedPose> particles;                    ///< of the latest piece: their last poses
+  std::vector<double> log_weights;                       ///< of the particles, normalised
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of the last pose, as RadarSlam's
+  std::vector<Trajectory> paths;    ///< of the particles; with RadarSlamOptions::keep_paths only
+  std::vector<SensorFault> faults;  ///< of wheels and gyro
+  double gyro_bias_rad_s = 0.0;     ///< estimate at the end
+  std::size_t refused_scans = 0;    ///< by add_lidar and add_radar
+  std::string first_refusal;        ///< reason for the first of them
+  WallCrossings crossings;          ///< of several pieces; else 0
 
   /// The map of the sensor that frees cells, if used.
   [[nodiscard]] const OccupancyGrid& map() const {

@@ -235,6 +235,7 @@ void RadarSlam::Engine::count() {
     sum.matches_refused += s.matches_refused;
     sum.matches_gated += s.matches_gated;
     sum.resampled += s.resampled;
+    sum.loops_closed += s.loops_closed;
     sum.matcher_errors.add(s.matcher_errors);
     if (is_small(number)) pieces.scans_apart += s.scans;
   }

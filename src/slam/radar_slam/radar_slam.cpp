@@ -25,6 +25,7 @@ Trajectory RadarSlam::trajectory(std::size_t particle) const {
 }
 std::optional<StampedPose> RadarSlam::pose() const { return engine_->filter().pose(); }
 Trajectory RadarSlam::latest_trajectory() const { return engine_->filter().trajectory(); }
+Eigen::Matrix3d RadarSlam::covariance() const { return engine_->filter().covariance(); }
 const OccupancyGrid& RadarSlam::lidar_map() const { return engine_->filter().maps().lidar; }
 const OccupancyGrid& RadarSlam::radar_map() const { return engine_->filter().maps().radar; }
 RbpfMaps RadarSlam::all_maps() const { return engine_->maps(); }

@@ -14,8 +14,9 @@
 #include <wayfare/slam/radar_slam.hpp>
 
 #include "slam/radar_slam/gyro_bias.hpp"
+#include "slam/radar_slam/loop_smoother.hpp"
+#include "slam/radar_slam/mapped_scan.hpp"
 #include "slam/radar_slam/sensor_step.hpp"
-#include "slam/radar_slam/wall_points.hpp"
 
 namespace wayfare {
 
@@ -27,22 +28,18 @@ struct PlacedScan {
   bool matched = false;
 };
 
-enum Sensor { kLidar, kRadar };
-
 /// The filter on scans at once: one hypothesis of the map for each particle.
 class ScanFilter {
  public:
   /// Particles begin at `start`.
   ScanFilter(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options,
              const SE2d& start)
-      : options_(options), start_(start) {
-    if (options_.radar.density)
-      options_.radar.density->hit_probability = options.radar_hit_probability;
+      : options_(consistent(options)), start_(start), smoother_(options_) {
     const std::size_t threads = static_cast<std::size_t>(std::max(1, options.threads));
     for (std::size_t k = 0; k < std::min(threads, options.particles); ++k)
       workers_.push_back({{SensorStep(options_.lidar, options.proposal, make()),
                            SensorStep(options_.radar, options.proposal, make())},
-                          ScanRaster()});
+                          MapMaker(options_)});
   }
 
   Result<void> move(const BiasedMotion& increment) {
@@ -100,7 +97,7 @@ class ScanFilter {
     return filter_ ? trajectory(filter_->best()) : Trajectory();
   }
   [[nodiscard]] Trajectory trajectory(std::size_t particle) const {
-    const Trajectory path = filter_->trajectory(particle);
+    const Trajectory path = this->path(particle);
     Trajectory poses;
     for (const PlacedScan& s : scans_) poses.push_back({s.time, pose_of(path, s)});
     return poses;
@@ -109,6 +106,17 @@ class ScanFilter {
     if (scans_.empty()) return std::nullopt;
     const SE2d& updated = filter_->particles()[filter_->best()].pose;
     return StampedPose{scans_.back().time, MapPose(updated * scans_.back().since)};
+  }
+  /// Relative to the start: of the best particle's path, and of the particles about its end.
+  [[nodiscard]] Eigen::Matrix3d covariance() const {
+    if (!filter_) return Eigen::Matrix3d::Zero();
+    const SE2d& best = filter_->particles()[filter_->best()].pose;
+    Eigen::Matrix3d sum = smoother_.covariance(path(filter_->best()));
+    for (std::size_t i = 0; i < filter_->particles().size(); ++i) {
+      const Eigen::Vector3d off = filter_->particles()[i].pose.minus(best);
+      sum += std::exp(filter_->log_weights()[i]) * off * off.transpose();
+    }
+    return sum;
   }
   /// Of scans.
   [[nodiscard]] std::size_t size() const { return scans_.size(); }
@@ -121,7 +129,7 @@ class ScanFilter {
  private:
   struct Worker {
     std::array<SensorStep, 2> match;  // of LiDAR and radar
-    ScanRaster raster;
+    MapMaker map;
   };
   /// Of LiDAR or radar.
   struct SensorState {
@@ -129,6 +137,13 @@ class ScanFilter {
     SE2d at_map, at_update;  // pose of the last scan in the maps, and in the filter, relative to
                              // the last update
   };
+
+  /// The density of detections is that of the map.
+  [[nodiscard]] static RadarSlamOptions consistent(RadarSlamOptions options) {
+    if (options.radar.density)
+      options.radar.density->hit_probability = options.radar_hit_probability;
+    return options;
+  }
 
   /// Step 3: all particles at the start, with empty maps.
   void begin(LogTime time) {
@@ -177,7 +192,8 @@ class ScanFilter {
     const double interval_s = to_seconds(time - updated_);
     const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
     if (!first && sensor == kLidar) (void)motion_by_match(points, errors);
-    const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
+    const PointSet seen =
+        map_due_now && scan != nullptr ? workers_.front().map.walls_of(*scan) : points;
     std::vector<DrawnPose> drawn(options_.particles);
     std::vector<MatcherErrors> errors_of(options_.particles);
     std::vector<std::size_t> gated(options_.particles, 0);
@@ -194,7 +210,7 @@ class ScanFilter {
       wayfare::update(bias, motion,
                       (particle.pose.rotation().inverse() * s.pose.rotation()).angle());
       particle.pose = s.pose;
-      if (map_due_now) map(particle, sensor, seen, worker.raster);
+      if (map_due_now) worker.map.insert(particle.map, particle.pose, sensor, seen);
       const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
       drawn[index] = s;
       errors_of[index] = worker.match[sensor].take_errors();
@@ -233,29 +249,32 @@ class ScanFilter {
     tracked_ = SE2d();
     updated_ = time;
     if (!weighed) return weighed.error();
+    if (map_due_now)
+      close_loop({increments_.size() - 1, sensor, points,
+                  scan != nullptr ? std::optional(*scan) : std::nullopt});
     return outcome;
   }
 
-  void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-           ScanRaster& raster) const {
-    if (sensor == kLidar) {
-      // A scan too large for the raster is left out of the map.
-      (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
-                                            options_.lidar_model, raster,
-                                            options_.T_base_laser.raw().translation());
-      return;
-    }
-    OccupancyGrid& grid = particle.map.radar;
-    const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      grid.update(
-          cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
-          hit);
+  /// The filter goes on from the smoothed path, where a loop closed, with its map.
+  void close_loop(MappedScan scan) {
+    const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
+    smoother_.add(std::move(scan), best.pose);
+    const auto smoothed = smoother_.smooth(path(filter_->best()));
+    if (!smoothed) return;
+    RbpfMaps blank = blank_;
+    blank.gyro_bias = best.map.gyro_bias;
+    const RbpfMaps maps = smoother_.maps(*smoothed, blank);
+    earlier_.assign(smoothed->begin(), smoothed->end() - 1);
+    filter_.emplace(options_.particles, smoothed->back(), maps,
+                    options_.seed + ++statistics_.loops_closed);
   }
 
-  [[nodiscard]] PointSet walls_of(const LaserScan& scan) const {
-    return with_walls(end_points(scan, options_.T_base_laser.raw()),
-                      {.spacing_m = options_.lidar.grid.resolution_m});
+  /// One pose per update, after the start.
+  [[nodiscard]] Trajectory path(std::size_t particle) const {
+    Trajectory path = earlier_;
+    const Trajectory since = filter_->trajectory(particle);
+    path.insert(path.end(), since.begin(), since.end());
+    return path;
   }
 
   /// Along the predicted motion, corrected linearly in time to end at the next update.
@@ -276,10 +295,12 @@ class ScanFilter {
                   OccupancyGrid(options_.radar.grid),
                   {0.0, options_.gyro_bias.sigma_rad_s* options_.gyro_bias.sigma_rad_s}};
   std::optional<Rbpf<RbpfMaps>> filter_;
+  LoopSmoother smoother_;
   BiasedMotion moved_;  // since the last update
   SE2d tracked_;        // the same by the best particle's matches, then motion
   std::array<SensorState, 2> sensors_;
   LogTime updated_;
+  Trajectory earlier_;            // path up to the last loop closed
   std::vector<SE2d> increments_;  // from each update to the next
   std::vector<PlacedScan> scans_;
   RbpfStatistics statistics_;

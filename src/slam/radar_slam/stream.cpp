@@ -128,6 +128,7 @@ class RadarSlamStream::Impl {
     if (options_.slam.keep_paths)
       for (std::size_t i = 0; i < run.particles.size(); ++i)
         run.paths.push_back(slam_.trajectory(i));
+    run.covariance = slam_.covariance();
     run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
     return run;
   }
@@ -201,7 +202,7 @@ class RadarSlamStream::Impl {
 
   LogTime process_radar(std::span<const RadarScan> frames) {
     const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
-                                      OdometryTrack(odometry_.span()));
+                                      OdometryTrack(odometry_.span()), options_.sync.moving_m_s);
     radar_.pop(frames.size());
     move_to(scan.time, "motion to radar");
     (void)radar_scan(scan.time, scan.points);
