@@ -21,7 +21,7 @@ foreach(_program IN ITEMS ahrs compare_methods corridor_ins graph_slam hector_sl
                           pedestrian pose_graph radar_slam radar_velocity submap_slam)
   bad_file(${_program} FILE --out "${_x}_${_program}")
 endforeach()
-foreach(_program IN ITEMS allan attitude_table calibrate_magnetometer false_loops)
+foreach(_program IN ITEMS allan attitude_table calibrate_magnetometer false_loops pose_graph_starts)
   bad_file(${_program} FILE)
 endforeach()
 bad_file(compare_tracks FILE FILE)
