@@ -62,7 +62,8 @@ endforeach()
 # No program is forgotten.
 set(_without_files corridor_study demo endless_runs feet_study hallway_comparison ins_consistency lidar_driver_node
     hector_node localisation_table pedestrian_node pedestrian_slam_node pedestrian_slam_study play_recording
-    radar_driver_node radar_slam_study radar_statistics slam_node sweep_study xsens_driver_node)
+    radar_driver_node radar_slam_study radar_statistics record_topics ros2_latency slam_node sweep_study
+    xsens_driver_node)
 get_property(_all GLOBAL PROPERTY WAYFARE_PROGRAMS)
 get_property(_with_files GLOBAL PROPERTY WAYFARE_PROGRAMS_WITH_FILES)
 foreach(_program IN LISTS _all)

@@ -7,10 +7,10 @@ namespace wayfare::examples {
 namespace {
 
 void run(ros::Node& node, const ros::SlamNodeOptions& options) {
-  constexpr std::uint32_t kQueue = 2000;
+  const ros::Qos queue = ros::Qos::queue(2000);
   ros::SlamNode slam(options);
-  auto map = node.latched_publisher<ros::OccupancyGrid>("map");
-  auto path = node.latched_publisher<ros::Path>("path");
+  auto map = node.publisher<ros::OccupancyGrid>("map", ros::Qos::latched());
+  auto path = node.publisher<ros::Path>("path", ros::Qos::latched());
   auto poses = node.publisher<ros::PoseStamped>("pose");
   auto transforms = node.publisher<ros::TfMessage>("/tf");
   const auto publish = [&](const ros::SlamNodeOutput& out) {
@@ -21,28 +21,30 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
     say_all(node, out.notices);
   };
   bool clock_checked = false;
-  node.subscribe<ros::TfMessage>("/tf_static", kQueue, [&](const auto& m) { slam.add(m); });
-  node.subscribe<ros::TfMessage>("/tf", kQueue, [&](const auto& m) { slam.add(m); });
+  node.subscribe<ros::TfMessage>("/tf_static", ros::Qos::latched(2000),
+                                 [&](const auto& m) { slam.add(m); });
+  node.subscribe<ros::TfMessage>("/tf", queue, [&](const auto& m) { slam.add(m); });
   if (options.odometry)
-    node.subscribe<ros::Odometry>("odom", kQueue, [&](const auto& m) { slam.add(m, steady_s()); });
+    node.subscribe<ros::Odometry>("odom", queue, [&](const auto& m) { slam.add(m, steady_s()); });
   if (options.imu)
-    node.subscribe<ros::Imu>("imu", kQueue, [&](const auto& m) { slam.add(m, steady_s()); });
+    node.subscribe<ros::Imu>("imu", queue, [&](const auto& m) { slam.add(m, steady_s()); });
   if (options.magnetometer)
-    node.subscribe<ros::MagneticField>("magnetic_field", kQueue,
+    node.subscribe<ros::MagneticField>("magnetic_field", queue,
                                        [&](const auto& m) { slam.add(m, steady_s()); });
   const auto take = [&](const auto& m) {
     if (!std::exchange(clock_checked, true)) check_clock(node, m.header);
     slam.add(m, steady_s());
   };
-  if (options.sensors != SlamSensors::radar) node.subscribe<ros::LaserScan>("scan", kQueue, take);
+  if (options.sensors != SlamSensors::radar) node.subscribe<ros::LaserScan>("scan", queue, take);
   if (options.sensors != SlamSensors::lidar) {
-    node.subscribe<ros::RadarScan>("radar", kQueue, take);
-    node.subscribe<ros::PointCloud2>("radar_points", kQueue, take);
+    node.subscribe<ros::RadarScan>("radar", queue, take);
+    node.subscribe<ros::PointCloud2>("radar_points", queue, take);
   }
   while (node.ok()) {
     node.spin(slam.busy() ? 0.0 : 0.05);
     publish(slam.work(steady_s()));
   }
+  say_counts(node);
 }
 
 }  // namespace
