@@ -53,6 +53,7 @@ TEST(Ros2Arguments, ParameterFilesAreReadForThisNode) {
 slam:
   ros__parameters:
     period: 2.0  # seconds
+    laser: [0.1, 0, 0]
     frame: "map a"
     nested:
       depth: 3
@@ -67,12 +68,13 @@ other:
   EXPECT_EQ(taken->parameter("period"), "2.0");
   EXPECT_EQ(taken->parameter("nested.depth"), "3");
   EXPECT_EQ(taken->parameter("frame"), "b");
+  EXPECT_EQ(taken->parameter("laser"), "[0.1, 0, 0]");
 }
 
 TEST(Ros2Arguments, WrongOnesAreNamed) {
   const wayfare::testing::TemporaryFolder folder;
   const std::string path = folder / "list.yaml";
-  ASSERT_TRUE(io::write_file(path, "slam:\n  ros__parameters:\n    list: [1, 2]\n"));
+  ASSERT_TRUE(io::write_file(path, "slam:\n  ros__parameters:\n    map: {a: 1}\n"));
   const std::vector<std::pair<Words, std::string>> wrong = {
       {{"-r"}, "-r: needs a value"},
       {{"-r", "scan"}, "scan: is not NAME:=VALUE"},

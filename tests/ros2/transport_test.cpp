@@ -1,5 +1,8 @@
 // Messages between nodes of ROS 2 on Cyclone DDS: quality of service, names, time, discovery.
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <memory>
 #include <string>
 #include <utility>
@@ -141,6 +144,28 @@ TEST(Ros2Transport, SimulatedTimeIsThatOfTheClockTopic) {
     return node->now_ns() != 0;
   }));
   EXPECT_EQ(node->now_ns(), 1'234'000'000'500);
+}
+
+/// UDP sockets of this process that receive from all addresses.
+std::size_t open_sockets() {
+  std::size_t n = 0;
+  for (int fd = 0; fd < 256; ++fd) {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    if (::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0 ||
+        address.sin_family != AF_INET || address.sin_addr.s_addr != htonl(INADDR_ANY))
+      continue;
+    char device[16] = {};
+    size = sizeof device;
+    ::getsockopt(fd, SOL_SOCKET, SO_BINDTODEVICE, device, &size);
+    if (std::string(device) != "lo") ++n;
+  }
+  return n;
+}
+
+TEST(Ros2Transport, ListensOnTheLoopbackDeviceOnly) {
+  const auto node = own_node("alone"), second = own_node("second");
+  EXPECT_EQ(open_sockets(), 0U);
 }
 
 TEST(Ros2Transport, AMissingPublisherEndsTheTopicNotTheSubscriber) {

@@ -125,6 +125,12 @@ TEST(Ros2TypeHash, IsThePublishedOne) {
             "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18");
   EXPECT_EQ(type_hash("rosgraph_msgs/Clock"),
             "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564");
+  EXPECT_EQ(type_hash("sensor_msgs/LaserScan"),
+            "RIHS01_64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828");
+  EXPECT_EQ(type_hash("nav_msgs/OccupancyGrid"),
+            "RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7");
+  EXPECT_EQ(type_hash("tf2_msgs/TFMessage"),
+            "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087");
   EXPECT_EQ(type_hash("unknown_msgs/Type"), "");
 }
 

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <utility>
 
 #include <wayfare/ros/convert.hpp>
@@ -36,7 +37,17 @@ void append(std::vector<std::string>& arguments,
     const bool there = std::any_of(given.begin(), given.end(), [&](const std::string& a) {
       return a == option || a.starts_with(option + "=");
     });
-    if (!there) arguments.push_back(option + "=" + value);
+    if (there) continue;
+    if (!value.starts_with('[')) {
+      arguments.push_back(option + "=" + value);
+      continue;
+    }
+    // Of several numbers: "[0.1, 0, 0]".
+    for (char& c : value)
+      if (c == '[' || c == ']' || c == ',') c = ' ';
+    arguments.push_back(option);
+    std::istringstream words(value);
+    for (std::string word; words >> word;) arguments.push_back(word);
   }
 }
 

@@ -69,7 +69,7 @@ Result<std::optional<Line>> line_of(std::string_view text, const std::string& pl
                             : content.ends_with(':')           ? content.size() - 1
                                                                : content.npos;
   const std::string value = colon == content.npos ? "" : trimmed(content.substr(colon + 1));
-  const bool structured = value.find_first_of("[{&*|>") == 0;
+  const bool structured = value.find_first_of("{&*|>") == 0;
   if (colon == content.npos || structured || text.find('\t') < text.find(content.front()))
     return Error{ErrorCode::parse, "is not 'name: value' with a plain value", place};
   return std::optional(

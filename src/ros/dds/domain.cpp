@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "ros/dds/cdr_type.hpp"
+#include "ros/dds/loopback.hpp"
 #include "ros/dds/names.hpp"
 
 namespace wayfare::ros::dds {
@@ -26,12 +27,12 @@ Error error_of(dds_return_t code, std::string what) {
   return {ErrorCode::io, std::string("DDS: ") + dds_strretcode(code), std::move(what)};
 }
 
-/// Nodes on this computer find one another by unicast, whoever comes first, and by multicast on the
-/// loopback interface, as nodes of ROS with ROS_LOCALHOST_ONLY. Each takes a port of its own.
+/// Nodes on this computer find one another by unicast to the ports of the first 60, without
+/// multicast, of which the loopback interface is not capable.
 constexpr const char* kThisComputer =
     "<CycloneDDS><Domain Id=\"any\"><General>"
     "<Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>spdp</AllowMulticast>"
+    "<AllowMulticast>false</AllowMulticast>"
     "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>60000B</FragmentSize></General>"
     "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>"
@@ -115,8 +116,8 @@ Result<Reach> reach_of(const Ros2Options& options) {
 
 Result<Domain> Domain::join(const Reach& reach) {
   std::string configuration = reach.network ? "" : kThisComputer;
-  if (const std::string own = environment("CYCLONEDDS_URI"); !own.empty())
-    configuration += (configuration.empty() ? "" : ",") + own;
+  const std::string own = environment("CYCLONEDDS_URI");
+  if (!own.empty()) configuration += (configuration.empty() ? "" : ",") + own;
   // Of several nodes in a process the first one configures the domain.
   const dds_entity_t created = dds_create_domain(reach.domain, configuration.c_str());
   if (created < 0 && created != DDS_RETCODE_PRECONDITION_NOT_MET)
@@ -125,6 +126,10 @@ Result<Domain> Domain::join(const Reach& reach) {
   domain.participant_ = Entity(dds_create_participant(reach.domain, nullptr, nullptr));
   if (domain.participant_.get() < 0)
     return error_of(domain.participant_.get(), "domain " + std::to_string(reach.domain));
+  // An own configuration may have other ports.
+  if (!reach.network && !bind_to_loopback(reach.domain) && own.empty())
+    return Error{ErrorCode::io, "DDS: its sockets could not be bound to this computer",
+                 "domain " + std::to_string(reach.domain)};
   domain.publications_ = Entity(dds_create_reader(
       domain.participant_.get(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr));
   return domain;
