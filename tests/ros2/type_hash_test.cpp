@@ -116,7 +116,7 @@ void expect_hashes() {
 TEST(Ros2TypeHash, IsThatOfTheFields) {
   expect_hashes<Header, LaserScan, PointCloud2, Imu, MagneticField, JointState, String, NavSatFix,
                 Odometry, TfMessage, PoseStamped, PoseWithCovarianceStamped, Path, OccupancyGrid,
-                RadarScan, Clock>();
+                RadarScan, Clock, PoseArray, ParticleCloud>();
 }
 
 // As distributions of ROS 2 from Iron on show it: `ros2 topic info --verbose`.

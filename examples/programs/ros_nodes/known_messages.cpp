@@ -20,10 +20,11 @@ std::map<std::string, MessageKind> kinds(std::tuple<M...>*) {
        MessageKind{ros::topic_type<M>(), ros::definition<M>(ros::Dialect::ros2), converted<M>}}...};
 }
 
-using Known = std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField,
-                         ros::NavSatFix, ros::PointCloud2, ros::RadarScan, ros::TfMessage,
-                         ros::PoseStamped, ros::PoseWithCovarianceStamped, ros::JointState,
-                         ros::String, ros::Path, ros::OccupancyGrid, ros::Clock>;
+using Known =
+    std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField, ros::NavSatFix,
+               ros::PointCloud2, ros::RadarScan, ros::TfMessage, ros::PoseStamped,
+               ros::PoseWithCovarianceStamped, ros::JointState, ros::String, ros::Path,
+               ros::OccupancyGrid, ros::Clock, ros::PoseArray, ros::ParticleCloud>;
 
 }  // namespace
 

@@ -9,11 +9,15 @@ struct TypeHash {
   std::string_view type, hash;
 };
 
-constexpr std::array<TypeHash, 16> kHashes{
-    {{"geometry_msgs/PoseStamped",
+constexpr std::array<TypeHash, 18> kHashes{
+    {{"geometry_msgs/PoseArray",
+      "RIHS01_af0cc36d190e104d546d168d6b39df04fa4b4ccecf59cb4c9ed328d3d5004aa0"},
+     {"geometry_msgs/PoseStamped",
       "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8"},
      {"geometry_msgs/PoseWithCovarianceStamped",
       "RIHS01_26432f9803e43727d3c8f668d1fdb3c630f548af631e2f4e31382371bfea3b6e"},
+     {"nav2_msgs/ParticleCloud",
+      "RIHS01_193d8cb88ca2b98cd81ece15342744f054bb398ebfa8f6369914432303f42b11"},
      {"nav_msgs/OccupancyGrid",
       "RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7"},
      {"nav_msgs/Odometry",
