@@ -95,6 +95,23 @@ TEST(Ros2Transport, ASubscriberTakesWhatAPublisherOffers) {
   EXPECT_THAT(said, ::testing::HasSubstr("'/tf_static' keeps no messages"));
 }
 
+// A second publisher that offers less costs nothing with the first.
+TEST(Ros2Transport, APublisherThatOffersLessIsReceivedBesidesOthers) {
+  const auto sender = own_node("sender"), receiver = own_node("receiver");
+  auto kept = sender->publisher<ros::LaserScan>("scan", ros::Qos::latched(100));
+  auto lossy = sender->publisher<ros::LaserScan>("scan", ros::Qos::sensor_data(100));
+  for (std::uint32_t i = 0; i < 50; ++i) kept.publish(numbered_scan(i));
+  ScanNumbers heard(*receiver, "scan", ros::Qos::latched(1000));
+  ASSERT_TRUE(spin_until({receiver.get()},
+                         [&] { return heard.all.size() >= 50 && lossy.subscribers() == 1; }));
+  for (std::uint32_t i = 50; i < 100; ++i) kept.publish(numbered_scan(i));
+  for (std::uint32_t i = 100; i < 150; ++i) lossy.publish(numbered_scan(i));
+  ASSERT_TRUE(spin_until({receiver.get()}, [&] { return heard.all.size() >= 150; }));
+  receiver->spin(0.1);
+  ASSERT_EQ(heard.all.size(), 150U);
+  for (std::uint32_t i = 0; i < 150; ++i) EXPECT_EQ(heard.all[i], i);
+}
+
 TEST(Ros2Transport, WhatAFullQueueDropsIsCounted) {
   const auto sender = own_node("sender"), receiver = own_node("receiver");
   auto scans = sender->publisher<ros::LaserScan>("scan");

@@ -77,7 +77,10 @@ std::string type_hash_of(const dds_qos_t* qos) {
   return data.substr(first, std::min(data.find(kHashEnd, first), data.size()) - first);
 }
 
-Qos qos_of(const dds_qos_t* qos) {
+}  // namespace
+
+Qos offered_by(const dds_builtintopic_endpoint_t& publisher) {
+  const dds_qos_t* const qos = publisher.qos;
   Qos found;
   dds_reliability_kind_t reliability = DDS_RELIABILITY_RELIABLE;
   dds_durability_kind_t durability = DDS_DURABILITY_VOLATILE;
@@ -93,8 +96,6 @@ Qos qos_of(const dds_qos_t* qos) {
     found.depth = static_cast<std::size_t>(depth);
   return found;
 }
-
-}  // namespace
 
 Result<Reach> reach_of(const Ros2Options& options) {
   Reach reach;
@@ -194,7 +195,7 @@ std::vector<PublishedTopic> Domain::published() const {
     const std::string_view name = endpoint.topic_name;
     if (!name.starts_with(std::string(kTopicPrefix) + "/")) continue;
     found.push_back({std::string(name.substr(kTopicPrefix.size())), ros1_type(endpoint.type_name),
-                     type_hash_of(endpoint.qos), qos_of(endpoint.qos)});
+                     type_hash_of(endpoint.qos), offered_by(endpoint)});
   }
   if (n > 0) dds_return_loan(publications_.get(), samples.data(), n);
   return found;

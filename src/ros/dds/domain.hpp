@@ -49,6 +49,9 @@ struct TopicOf {
   std::string type_hash;  ///< or empty
 };
 
+/// What a publisher offers.
+[[nodiscard]] Qos offered_by(const dds_builtintopic_endpoint_t& publisher);
+
 /// Joined until destroyed.
 class Domain {
  public:

@@ -18,26 +18,41 @@ struct DeleteListener {
   void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
 };
 
+std::uint64_t lost_by(const Entity& reader) {
+  dds_sample_lost_status_t status{};
+  if (reader.get() > 0) dds_get_sample_lost_status(reader.get(), &status);
+  return status.total_count;
+}
+
 }  // namespace
 
-Result<void> Subscription::open() {
+Result<Entity> Subscription::open(const Qos& qos, dds_on_data_available_fn take) {
   const std::unique_ptr<dds_listener_t, DeleteListener> listener(dds_create_listener(this));
-  dds_lset_data_available(listener.get(), [](dds_entity_t reader, void* subscription) {
-    static_cast<Subscription*>(subscription)->take(reader);
-  });
+  dds_lset_data_available(listener.get(), take);
   dds_lset_requested_incompatible_qos(
       listener.get(),
       [](dds_entity_t, const dds_requested_incompatible_qos_status_t status, void* subscription) {
         static_cast<Subscription*>(subscription)->refuse(status.last_policy_id);
       });
-  auto reader = in_.domain_.reader(topic_, qos_, listener.get());
-  if (!reader) return reader.error();
-  reader_ = *std::move(reader);
-  return {};
+  return in_.domain_.reader(topic_, qos, listener.get());
 }
 
-void Subscription::take(dds_entity_t reader) {
-  const std::scoped_lock lock(in_.mutex_);
+bool Subscription::offers_less(dds_entity_t reader, dds_instance_handle_t publication) {
+  const auto known = offers_less_.find(publication);
+  if (known != offers_less_.end()) return known->second;
+  bool less = true;
+  if (auto* endpoint = dds_get_matched_publication_data(reader, publication)) {
+    const Qos offered = offered_by(*endpoint);
+    less = (qos_.reliability == Reliability::reliable &&
+            offered.reliability == Reliability::best_effort) ||
+           (qos_.durability == Durability::transient_local &&
+            offered.durability == Durability::volatile_messages);
+    dds_builtintopic_free_endpoint(endpoint);
+  }
+  return offers_less_[publication] = less;
+}
+
+void Subscription::take(dds_entity_t reader, bool is_second) {
   constexpr std::uint32_t kAtOnce = 64;
   std::array<ddsi_serdata*, kAtOnce> data{};
   std::array<dds_sample_info_t, kAtOnce> infos{};
@@ -45,11 +60,15 @@ void Subscription::take(dds_entity_t reader) {
     n = dds_takecdr(reader, data.data(), kAtOnce, infos.data(), DDS_ANY_STATE);
     for (dds_return_t i = 0; i < n; ++i) {
       SerialisedPtr bytes(data[static_cast<std::size_t>(i)]);
-      if (!infos[static_cast<std::size_t>(i)].valid_data) continue;
+      const dds_sample_info_t& info = infos[static_cast<std::size_t>(i)];
+      if (!info.valid_data || (is_second && !offers_less(reader, info.publication_handle)))
+        continue;
+      const std::scoped_lock lock(in_.mutex_);
       queue_.push_back({++in_.arrivals_, system_ns(), std::move(bytes)});
+      if (queue_.size() > qos_.depth) queue_.pop_front(), ++dropped_;
     }
-    while (queue_.size() > qos_.depth) queue_.pop_front(), ++dropped_;
   }
+  const std::scoped_lock lock(in_.mutex_);
   in_.waiting_ = true;
   in_.arrived_.notify_one();
 }
@@ -62,46 +81,50 @@ void Subscription::refuse(std::uint32_t policy) {
   in_.arrived_.notify_one();
 }
 
-std::string Subscription::weaken() {
+std::string Subscription::ask_for_less() {
   std::string notice;
   {
     const std::scoped_lock lock(in_.mutex_);
-    if (std::exchange(best_effort_offered_, false) && qos_.reliability == Reliability::reliable) {
-      qos_.reliability = Reliability::best_effort;
-      notice = "a publisher of '" + topic_.name + "' offers best effort: lost messages stay lost";
+    if (std::exchange(best_effort_offered_, false) && less_.reliability == Reliability::reliable) {
+      less_.reliability = Reliability::best_effort;
+      notice = "a publisher of '" + topic_.name + "' offers best effort: what it loses stays lost";
     }
-    if (std::exchange(volatile_offered_, false) && qos_.durability == Durability::transient_local) {
-      qos_.durability = Durability::volatile_messages;
-      notice = "a publisher of '" + topic_.name + "' keeps no messages: those sent before are lost";
+    if (std::exchange(volatile_offered_, false) &&
+        less_.durability == Durability::transient_local) {
+      less_.durability = Durability::volatile_messages;
+      notice = "a publisher of '" + topic_.name + "' keeps no messages for late subscribers";
     }
   }
   if (notice.empty()) return "";
-  lost_before_ += lost_on_the_way();
-  reader_ = Entity();  // without the lock: waits for callbacks under way
-  if (const auto ok = open(); !ok) notice += "; " + ok.error().to_string();
+  lost_before_ += lost_by(second_);
+  second_ = Entity();  // without the lock: waits for callbacks under way
+  auto opened = open(less_, [](dds_entity_t reader, void* subscription) {
+    static_cast<Subscription*>(subscription)->take(reader, true);
+  });
+  if (!opened) return notice + "; " + opened.error().to_string();
+  second_ = *std::move(opened);
   return notice;
 }
 
-std::uint64_t Subscription::lost_on_the_way() const {
-  dds_sample_lost_status_t status{};
-  if (reader_.get() > 0) dds_get_sample_lost_status(reader_.get(), &status);
-  return status.total_count;
-}
-
 std::uint64_t Subscription::lost() const {
-  const std::uint64_t others = lost_before_ + lost_on_the_way();
+  const std::uint64_t others = lost_before_ + lost_by(reader_) + lost_by(second_);
   const std::scoped_lock lock(in_.mutex_);
   return others + dropped_;
 }
 
 Reception::~Reception() {
-  for (const auto& s : subscriptions_) s->reader_ = Entity();  // before what callbacks use
+  // Before what callbacks use.
+  for (const auto& s : subscriptions_) s->reader_ = Entity(), s->second_ = Entity();
 }
 
 Result<const Subscription*> Reception::subscribe(const TopicOf& topic, const Qos& qos,
                                                  RawCallback callback) {
   std::unique_ptr<Subscription> made(new Subscription(*this, topic, qos, std::move(callback)));
-  if (auto ok = made->open(); !ok) return ok.error();
+  auto opened = made->open(qos, [](dds_entity_t reader, void* subscription) {
+    static_cast<Subscription*>(subscription)->take(reader, false);
+  });
+  if (!opened) return opened.error();
+  made->reader_ = *std::move(opened);
   subscriptions_.push_back(std::move(made));
   return subscriptions_.back().get();
 }
@@ -130,7 +153,8 @@ void Reception::deliver(const std::function<void(const std::string&)>& report) {
   for (const Due& d : due) d.to->callback_(bytes_of(*d.message.bytes), d.message.received_ns);
   // By index: a callback may subscribe.
   for (std::size_t i = 0; i < subscriptions_.size(); ++i)
-    if (const std::string notice = subscriptions_[i]->weaken(); !notice.empty()) report(notice);
+    if (const std::string notice = subscriptions_[i]->ask_for_less(); !notice.empty())
+      report(notice);
 }
 
 }  // namespace wayfare::ros::dds

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -28,8 +29,8 @@ class Reception {
                                                       RawCallback callback);
   /// Waits up to `seconds` for a message.
   void wait(double seconds);
-  /// Calls the callbacks of what is queued. What publishers do not offer is no longer asked for;
-  /// `report` gets a notice of each.
+  /// Calls the callbacks of what is queued. Publishers that offer less than was asked for are
+  /// received too from then on; `report` gets a notice.
   void deliver(const std::function<void(const std::string&)>& report);
 
  private:
@@ -56,20 +57,26 @@ class Subscription {
     SerialisedPtr bytes;
   };
   Subscription(Reception& in, TopicOf topic, const Qos& qos, RawCallback callback)
-      : in_(in), topic_(std::move(topic)), qos_(qos), callback_(std::move(callback)) {}
-  [[nodiscard]] Result<void> open();
+      : in_(in), topic_(std::move(topic)), qos_(qos), callback_(std::move(callback)), less_(qos) {}
+  [[nodiscard]] Result<Entity> open(const Qos& qos, dds_on_data_available_fn take);
   // On DDS's thread.
-  void take(dds_entity_t reader);
+  void take(dds_entity_t reader, bool is_second);
   void refuse(std::uint32_t policy);
-  [[nodiscard]] std::string weaken();  ///< asks for less; empty if it did already
-  [[nodiscard]] std::uint64_t lost_on_the_way() const;
+  [[nodiscard]] bool offers_less(dds_entity_t reader, dds_instance_handle_t publication);
+  /// Opens the second reader, which asks for less; empty if nothing is to be said.
+  [[nodiscard]] std::string ask_for_less();
 
   Reception& in_;
   TopicOf topic_;
   Qos qos_;
   RawCallback callback_;
-  Entity reader_;  ///< of the node's thread
+  // Of the node's thread. The second reader is for publishers that offer less than `qos_`; it hears
+  // the others, too, and leaves them out.
+  Entity reader_, second_;
+  Qos less_;
   std::uint64_t lost_before_ = 0;
+  // Of DDS's thread.
+  std::map<dds_instance_handle_t, bool> offers_less_;
   // Of both threads.
   std::deque<Message> queue_;
   std::uint64_t dropped_ = 0;

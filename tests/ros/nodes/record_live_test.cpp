@@ -34,7 +34,7 @@ std::map<std::string, std::vector<std::string>> messages_in(const std::string& p
     all[m.topic.name].push_back(std::move(bytes));
     return true;
   });
-  EXPECT_EQ(problems.count, 0U);
+  EXPECT_EQ(problems.count(), 0U);
   return all;
 }
 
