@@ -81,9 +81,9 @@ class Live : public ::testing::Test {
   }
   /// Messages received on a topic from now on.
   template <class M>
-  static std::shared_ptr<std::vector<M>> listen(const std::string& name) {
+  static std::shared_ptr<std::vector<M>> listen(const std::string& name, const ros::Qos& qos = {}) {
     auto heard = std::make_shared<std::vector<M>>();
-    node_->subscribe<M>(topic(name), {}, [heard](const M& m) { heard->push_back(m); });
+    node_->subscribe<M>(topic(name), qos, [heard](const M& m) { heard->push_back(m); });
     return heard;
   }
 

@@ -87,8 +87,8 @@ TEST_F(Live, ABagAtTwentyTimesItsSpeedGivesTheOfflineMap) {
   ASSERT_EQ(play_room({}).wait(120.0), 0) << slam.output();
   // No subscriber so far: the map is latched for later ones.
   spin_until(3.0, [] { return false; });
-  const auto maps = listen<ros::OccupancyGrid>("map");
-  const auto paths = listen<ros::Path>("path");
+  const auto maps = listen<ros::OccupancyGrid>("map", ros::Qos::latched());
+  const auto paths = listen<ros::Path>("path", ros::Qos::latched());
   const auto is_there = [&] {
     return !maps->empty() && same_within_a_cell(maps->back(), offline_map()) && !paths->empty();
   };
