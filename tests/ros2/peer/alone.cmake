@@ -14,7 +14,7 @@ endif()
 # The map is sent before its reader exists.
 execute_process(
   COMMAND "${PEER}" publish rt/map nav_msgs/msg/OccupancyGrid --count 1 --size 100000
-          --transient-local --depth 1 --stay-s 3 ${of_all}
+          --transient-local --depth 1 --late-readers 1 ${of_all}
   COMMAND sh -c "sleep 1 && exec \"$@\"" sh "${PEER}" subscribe rt/map nav_msgs/msg/OccupancyGrid 1
           --size 100000 --transient-local --depth 1 ${of_all}
   RESULTS_VARIABLE results OUTPUT_VARIABLE text ERROR_VARIABLE errors)
