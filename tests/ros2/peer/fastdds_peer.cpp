@@ -2,11 +2,12 @@
 //
 //   fastdds_peer publish TOPIC TYPE [--count N] [--size N] [--period-ms N] [--stay-s S]
 //   fastdds_peer subscribe TOPIC TYPE N [--size N]
-//   fastdds_peer play FILE [--speed X] [--stay-s S]
+//   fastdds_peer play FILE [--speed X] [--stay-s S] [--raw]
 //   fastdds_peer record TOPIC TYPE N FILE
 //
 // `publish` sends the samples 0, 1, … of Formula, `subscribe` compares N of them with it. `play`
 // sends messages of a file with a message per record, `record` writes such a file; see records.hpp.
+// With --raw the bytes are sent as they are, whatever they are, under the name of any type.
 // TOPIC is DDS's name (rt/scan), TYPE that of ROS 2. Options of all: --best-effort,
 // --transient-local, --depth N, --wait-for N (readers before the first message), --late-readers N
 // (wait for after the last), --timeout-s S, --domain N (by default ROS_DOMAIN_ID),
@@ -36,6 +37,7 @@
 
 #include "fast_messages.hpp"
 #include "peer_options.hpp"
+#include "raw_type.hpp"
 #include "records.hpp"
 
 namespace {
@@ -114,8 +116,9 @@ class Domain {
 
  private:
   dds::Topic* topic(const std::string& name, const std::string& type) {
-    const FastMessage message(type);
-    dds::TypeSupport support = message.type();
+    dds::TypeSupport support = options_.raw
+                                   ? dds::TypeSupport(new peer::RawType(peer::dds_name(type)))
+                                   : FastMessage(type).type();
     support.register_type(participant_);
     return participant_->create_topic(name, support.get_type_name(), dds::TOPIC_QOS_DEFAULT);
   }
@@ -229,6 +232,12 @@ bool is_latched(const std::string& topic) {
   return ends_with("/tf_static") || ends_with("/map");
 }
 
+bool send(const Options& o, peer::Record record, dds::DataWriter* writer) {
+  if (o.raw) return writer->write(&record.bytes);
+  FastMessage message(record.type);
+  return message.from_bytes(record.bytes) && writer->write(message.data());
+}
+
 int play(const Options& o) {
   const std::vector<peer::Record> records = peer::read_records(o.words.at(1));
   Domain domain(o);
@@ -246,8 +255,7 @@ int play(const Options& o) {
     const double at_s = 1e-9 * static_cast<double>(r.time_ns - records.front().time_ns) / o.speed;
     std::this_thread::sleep_until(
         begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(at_s)));
-    FastMessage message(r.type);
-    if (!message.from_bytes(r.bytes) || !writers[r.topic]->write(message.data())) {
+    if (!send(o, r, writers[r.topic])) {
       std::fprintf(stderr, "a message on %s could not be sent\n", r.topic.c_str());
       return 1;
     }

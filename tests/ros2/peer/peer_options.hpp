@@ -12,7 +12,7 @@ namespace peer {
 
 struct Options {
   std::vector<std::string> words;  ///< mode and what it needs
-  bool best_effort = false, transient_local = false, every_interface = false;
+  bool best_effort = false, transient_local = false, every_interface = false, raw = false;
   int depth = 1000, domain = 0, wait_for = 0, late_readers = 0;
   std::uint32_t count = 10, size = 0;
   double period_s = 0.02, stay_s = 0.0, timeout_s = 20.0, speed = 1.0;
@@ -33,6 +33,8 @@ inline Options options_of(int argc, char** argv) {
       o.transient_local = true;
     else if (word == "--every-interface")
       o.every_interface = true;
+    else if (word == "--raw")
+      o.raw = true;
     else if (word == "--depth")
       o.depth = static_cast<int>(number());
     else if (word == "--domain")
