@@ -3,6 +3,8 @@
 
 #include <wayfare/ros/localise_node.hpp>
 
+#include <cstddef>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,9 +12,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <wayfare/io/carmen.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/scan_node.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 #include <wayfare/sync/odometry_track.hpp>
+#include "io/support.hpp"
 #include "localised.hpp"
 
 namespace wayfare::testing {
@@ -41,6 +47,38 @@ TEST(LocaliseNode, GivesTheOfflinePoses) {
   EXPECT_THAT(driven.said, HasSubstr("starts at x"));
   EXPECT_THAT(driven.said, HasSubstr("localised at x"));
   EXPECT_THAT(driven.node.left_out(), IsEmpty());
+}
+
+/// The first scans of a real log, on the map that submap SLAM makes of them.
+void localise_intel(const std::string& path, std::size_t scans) {
+  Recording r = io::read_carmen(path)->recording;
+  if (r.scans.size() > scans) r.scans.resize(scans);
+  const auto slam = run_submap_slam(r);
+  const auto map = ros::message_of(io::grid_image(slam->map), r.scans.front().time, "map");
+  ros::LocaliseNodeOptions options;
+  options.initial = Gaussian<SE2d>{slam->trajectory.front().T_map_base.raw()};
+  options.initial->covariance *= 0.1;
+  Localised driven(options);
+  driven.add(map);
+  driven.add(mounting(r));
+  driven.drive(r);
+  const LocalisationRun run = offline(r, options.initial, map);
+  expect_same(driven.outcomes, run.outcomes);
+  const std::size_t converged = run.trajectory(true).size();
+  EXPECT_EQ(driven.poses.size(), converged);
+  EXPECT_GT(converged, run.outcomes.size() * 9 / 10);
+  std::printf("%zu of %zu scans localised\n", converged, run.outcomes.size());
+}
+
+TEST(LocaliseNode, GivesTheOfflinePosesOfARealLog) {
+  WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
+  localise_intel(log, 400);
+}
+
+// Takes minutes: enabled on request.
+TEST(LocaliseNode, DISABLED_GivesTheOfflinePosesOfAWholeRealLog) {
+  WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
+  localise_intel(log, 1'000'000);
 }
 
 TEST(LocaliseNode, MapToOdomTimesOdometryIsThePoseAndPostDated) {

@@ -47,13 +47,14 @@ inline ros::FrameTree frames_of(const Recording& r) {
 }
 
 /// The recording of the messages, as by the program on logs: an angle loses the last bit in them.
-inline LocalisationRun offline(Recording r, const std::optional<Gaussian<SE2d>>& start) {
+inline LocalisationRun offline(Recording r, const std::optional<Gaussian<SE2d>>& start,
+                               const ros::OccupancyGrid& map = office_map()) {
   for (OdometrySample& o : r.odometry)
     o = *ros::odometry_of(ros::message_of(o, "odom", "base_link"), o.time);
   for (LaserScan& s : r.scans) s = *ros::laser_scan_of(ros::message_of(s, "laser"), s.time);
   r.T_base_laser = Transform2<frame::Base, frame::Laser>(
       ros::level_mounting_of(*frames_of(r).find("base_link", "laser"))->T_base_sensor.raw());
-  const io::GridImage image = *ros::grid_image_of(office_map());
+  const io::GridImage image = *ros::grid_image_of(map);
   std::optional<Gaussian<SE2d>> in_grid = start;
   if (in_grid) in_grid->mean = image.origin.inverse() * in_grid->mean;
   auto run =
