@@ -2,20 +2,20 @@
 //
 //   fastdds_peer publish TOPIC TYPE [--count N] [--size N] [--period-ms N] [--stay-s S]
 //   fastdds_peer subscribe TOPIC TYPE N [--size N]
-//   fastdds_peer play FILE [--speed X] [--stay-s S]
+//   fastdds_peer play FILE [--speed X] [--stay-s S] [--raw]
 //   fastdds_peer record TOPIC TYPE N FILE
 //
 // `publish` sends the samples 0, 1, … of Formula, `subscribe` compares N of them with it. `play`
 // sends messages of a file with a message per record, `record` writes such a file; see records.hpp.
+// With --raw the bytes are sent as they are, whatever they are, under the name of any type.
 // TOPIC is DDS's name (rt/scan), TYPE that of ROS 2. Options of all: --best-effort,
-// --transient-local, --depth N, --wait-for N (readers), --timeout-s S, --domain N (by default
-// ROS_DOMAIN_ID), --every-interface (by default the loopback interface alone). The exit code is 0
-// where everything was as expected.
+// --transient-local, --depth N, --wait-for N (readers before the first message), --late-readers N
+// (wait for after the last), --timeout-s S, --domain N (by default ROS_DOMAIN_ID),
+// --every-interface (by default the loopback interface alone). The exit code is 0 where everything
+// was as expected.
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -36,6 +36,8 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
 #include "fast_messages.hpp"
+#include "peer_options.hpp"
+#include "raw_type.hpp"
 #include "records.hpp"
 
 namespace {
@@ -44,55 +46,7 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using Clock = std::chrono::steady_clock;
 using peer::FastMessage;
-
-struct Options {
-  std::vector<std::string> words;  ///< mode and what it needs
-  bool best_effort = false, transient_local = false, every_interface = false;
-  int depth = 1000, domain = 0, wait_for = 0;
-  std::uint32_t count = 10, size = 0;
-  double period_s = 0.02, stay_s = 0.0, timeout_s = 20.0, speed = 1.0;
-};
-
-Options options_of(int argc, char** argv) {
-  Options o;
-  if (const char* domain = std::getenv("ROS_DOMAIN_ID")) o.domain = std::atoi(domain);
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const auto number = [&] {
-      if (i + 1 == argc) throw std::invalid_argument(word + " needs a number");
-      return std::stod(argv[++i]);
-    };
-    if (word == "--best-effort")
-      o.best_effort = true;
-    else if (word == "--transient-local")
-      o.transient_local = true;
-    else if (word == "--every-interface")
-      o.every_interface = true;
-    else if (word == "--depth")
-      o.depth = static_cast<int>(number());
-    else if (word == "--domain")
-      o.domain = static_cast<int>(number());
-    else if (word == "--wait-for")
-      o.wait_for = static_cast<int>(number());
-    else if (word == "--count")
-      o.count = static_cast<std::uint32_t>(number());
-    else if (word == "--size")
-      o.size = static_cast<std::uint32_t>(number());
-    else if (word == "--period-ms")
-      o.period_s = 1e-3 * number();
-    else if (word == "--stay-s")
-      o.stay_s = number();
-    else if (word == "--timeout-s")
-      o.timeout_s = number();
-    else if (word == "--speed")
-      o.speed = number();
-    else if (word.rfind("--", 0) == 0)
-      throw std::invalid_argument("no option " + word);
-    else
-      o.words.push_back(word);
-  }
-  return o;
-}
+using peer::Options;
 
 void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
@@ -162,8 +116,9 @@ class Domain {
 
  private:
   dds::Topic* topic(const std::string& name, const std::string& type) {
-    const FastMessage message(type);
-    dds::TypeSupport support = message.type();
+    dds::TypeSupport support = options_.raw
+                                   ? dds::TypeSupport(new peer::RawType(peer::dds_name(type)))
+                                   : FastMessage(type).type();
     support.register_type(participant_);
     return participant_->create_topic(name, support.get_type_name(), dds::TOPIC_QOS_DEFAULT);
   }
@@ -185,16 +140,17 @@ class Domain {
   dds::Publisher* publisher_ = nullptr;
 };
 
-bool has_readers(const Options& o, dds::DataWriter* writer) {
+bool has_readers(const Options& o, dds::DataWriter* writer, int wanted) {
   return within(o.timeout_s, [&] {
     dds::PublicationMatchedStatus status;
     writer->get_publication_matched_status(status);
-    return status.current_count >= o.wait_for;
+    return status.current_count >= wanted;
   });
 }
 
-/// Stays until reliable readers have everything, and as long as asked for latecomers.
+/// Stays until late readers are there, reliable ones have everything, and as long as asked for.
 bool finish(const Options& o, dds::DataWriter* writer) {
+  if (!has_readers(o, writer, o.late_readers)) return false;
   const bool done = o.best_effort ||
                     writer->wait_for_acknowledgments(eprosima::fastrtps::Duration_t(o.timeout_s)) ==
                         eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK;
@@ -206,7 +162,7 @@ int publish(const Options& o) {
   const std::string topic = o.words.at(1), type = o.words.at(2);
   Domain domain(o);
   dds::DataWriter* writer = domain.writer(topic, type, o.transient_local);
-  if (!has_readers(o, writer)) {
+  if (!has_readers(o, writer, o.wait_for)) {
     std::fprintf(stderr, "no reader of %s\n", topic.c_str());
     return 1;
   }
@@ -276,6 +232,12 @@ bool is_latched(const std::string& topic) {
   return ends_with("/tf_static") || ends_with("/map");
 }
 
+bool send(const Options& o, peer::Record record, dds::DataWriter* writer) {
+  if (o.raw) return writer->write(&record.bytes);
+  FastMessage message(record.type);
+  return message.from_bytes(record.bytes) && writer->write(message.data());
+}
+
 int play(const Options& o) {
   const std::vector<peer::Record> records = peer::read_records(o.words.at(1));
   Domain domain(o);
@@ -284,7 +246,7 @@ int play(const Options& o) {
     if (writers.find(r.topic) == writers.end())
       writers[r.topic] = domain.writer(r.topic, r.type, o.transient_local || is_latched(r.topic));
   for (const auto& [topic, writer] : writers)
-    if (!has_readers(o, writer)) {
+    if (!has_readers(o, writer, o.wait_for)) {
       std::fprintf(stderr, "no reader of %s\n", topic.c_str());
       return 1;
     }
@@ -293,8 +255,7 @@ int play(const Options& o) {
     const double at_s = 1e-9 * static_cast<double>(r.time_ns - records.front().time_ns) / o.speed;
     std::this_thread::sleep_until(
         begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(at_s)));
-    FastMessage message(r.type);
-    if (!message.from_bytes(r.bytes) || !writers[r.topic]->write(message.data())) {
+    if (!send(o, r, writers[r.topic])) {
       std::fprintf(stderr, "a message on %s could not be sent\n", r.topic.c_str());
       return 1;
     }
@@ -339,7 +300,7 @@ int run(const Options& o) {
 
 int main(int argc, char** argv) {
   try {
-    return run(options_of(argc, argv));
+    return run(peer::options_of(argc, argv));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "fastdds_peer: %s\n", error.what());
     return 2;
