@@ -26,9 +26,10 @@ struct Arguments {
 
 void add_options(examples::CommandLine& app, Arguments& a) {
   app.add_file("--map", a.map, "the .yaml file of the map; by default the topic 'map'");
-  app.add_option("--initial", a.initial,
-                 "x, y and heading in the map, m and rad: the pose at the first scan, to within half "
-                 "a metre and 15 degrees; by default the topic 'initialpose'")
+  app.add_option(
+         "--initial", a.initial,
+         "x, y and heading in the map, m and rad: the pose at the first scan, to within half "
+         "a metre and 15 degrees; by default the topic 'initialpose'")
       .expected(3);
   app.add_flag("--global", a.node.global, "search the whole map until a pose is given");
   examples::add_scan_options(app, a.node, a.laser);
@@ -49,8 +50,7 @@ void add_options(examples::CommandLine& app, Arguments& a) {
 /// Sets what the options give; the map of the file, if there is one.
 Result<std::optional<ros::OccupancyGrid>> complete(Arguments& a, LogTime now) {
   if (a.laser.size() == 3)
-    a.node.T_base_laser =
-        Transform2<frame::Base, frame::Laser>(examples::pose_of(a.laser));
+    a.node.T_base_laser = Transform2<frame::Base, frame::Laser>(examples::pose_of(a.laser));
   if (a.by_transforms) a.node.source = ros::OdometrySource::transforms;
   if (a.beam) a.node.localisation.model = ScanLikelihood::beam;
   if (a.initial.size() == 3) {
@@ -110,7 +110,8 @@ void run(ros::Node& node, const Arguments& a, const std::optional<ros::Occupancy
 int main(int argc, char** argv) {
   Arguments a;
   examples::CommandLine app(
-      "Monte-Carlo localisation on a known map as a ROS node, with the interface of AMCL. Subscribes "
+      "Monte-Carlo localisation on a known map as a ROS node, with the interface of AMCL. "
+      "Subscribes "
       "to nav_msgs/OccupancyGrid on 'map', sensor_msgs/LaserScan on 'scan', nav_msgs/Odometry on "
       "'odom', geometry_msgs/PoseWithCovarianceStamped on 'initialpose', and transforms; publishes "
       "geometry_msgs/PoseWithCovarianceStamped on 'amcl_pose', nav2_msgs/ParticleCloud on "

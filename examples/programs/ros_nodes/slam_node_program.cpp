@@ -49,21 +49,25 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
 
 }  // namespace
 
-void add_slam_options(CommandLine& app, SlamNodeArguments& a, const std::string& program) {
-  auto& s = a.node;
-  app.add_option("--map-frame", s.map_frame, "of map, pose and path").show_default();
+void add_scan_options(CommandLine& app, ros::ScanNodeOptions& s, std::vector<double>& laser) {
+  app.add_option("--map-frame", s.map_frame, "of map and poses").show_default();
   app.add_option("--odom-frame", s.odom_frame, "of the odometry").show_default();
   app.add_option("--base-frame", s.base_frame, "of the robot").show_default();
   app.add_option(
-         "--laser", a.laser,
+         "--laser", laser,
          "pose of the laser on the robot: x and y in metres, heading in degrees; by default "
          "from the transforms")
       .expected(3);
-  app.add_positive("--map-period-s", s.map_period_s, "interval between maps");
   app.add_option("--patience-s", s.patience_s,
                  "longest time a scan waits for odometry or inertial samples")
       .not_negative()
       .show_default();
+}
+
+void add_slam_options(CommandLine& app, SlamNodeArguments& a, const std::string& program) {
+  auto& s = a.node;
+  add_scan_options(app, s, a.laser);
+  app.add_positive("--map-period-s", s.map_period_s, "interval between maps");
   app.add_positive("--settle-s", s.settle_s,
                    "time without scans after which the graph is optimised");
   app.add_file("--config", a.config,
