@@ -64,8 +64,9 @@ class Live : public ::testing::Test {
   }
   static Command in_its_own_topics(Command command) {
     if (is_ros2()) command.push_back("--ros-args");
-    for (const char* name : {"scan", "odom", "map", "path", "pose", "tf", "tf_static", "radar",
-                             "radar_points", "imu", "magnetic_field"}) {
+    for (const char* name :
+         {"scan", "odom", "map", "path", "pose", "tf", "tf_static", "radar", "radar_points", "imu",
+          "magnetic_field", "amcl_pose", "particle_cloud", "initialpose"}) {
       if (is_ros2()) command.push_back("-r");
       command.push_back(std::string("/").append(name).append(":=").append(topic(name)));
     }
