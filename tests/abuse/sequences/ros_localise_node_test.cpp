@@ -4,7 +4,6 @@
 
 #include <wayfare/ros/localise_node.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <set>
@@ -16,17 +15,10 @@
 #include <wayfare/ros/serialise.hpp>
 
 #include "abuse/abuse.hpp"
+#include "ros_random_messages.hpp"
 
 namespace wayfare::ros {
 namespace {
-
-constexpr std::int64_t kNanosecondsOfASecond = 1'000'000'000;
-
-double some_number(Rng& rng) {
-  constexpr double kSome[] = {0.0,          -1.0,          2.5, tests::kNan, tests::kInf,
-                              tests::kHuge, -tests::kHuge, 1e9, tests::kTiny};
-  return kSome[rng.below(std::size(kSome))];
-}
 
 /// A room of 6 m x 4 m around the origin, in cells of a tenth of a metre.
 OccupancyGrid room_map(Rng& rng) {
@@ -43,13 +35,13 @@ OccupancyGrid room_map(Rng& rng) {
       map.info.width = static_cast<std::uint32_t>(rng.below(1ULL << 32U));
       break;
     case 1:
-      map.info.resolution = static_cast<float>(some_number(rng));
+      map.info.resolution = static_cast<float>(any_number(rng));
       break;
     case 2:
-      map.info.origin.position.x = some_number(rng);
+      map.info.origin.position.x = any_number(rng);
       break;
     case 3:
-      map.info.origin.orientation.z = some_number(rng);
+      map.info.origin.orientation.z = any_number(rng);
       break;
     case 4:
       map.data[rng.below(map.data.size())] = static_cast<std::int8_t>(rng.below(256));
@@ -58,22 +50,6 @@ OccupancyGrid room_map(Rng& rng) {
       break;
   }
   return map;
-}
-
-LaserScan room_scan(LogTime time, Rng& rng) {
-  LaserScan m;
-  m.header = header_of(time, rng.below(40) == 0 ? "other" : "laser");
-  m.angle_min = -2.0F, m.angle_max = 2.0F, m.angle_increment = 0.05F;
-  m.range_min = 0.1F, m.range_max = 20.0F;
-  for (int i = 0; i < 81; ++i) {
-    const double a = -2.0 + 0.05 * i;
-    const double wall = std::min(3.0 / std::abs(std::cos(a)), 2.0 / std::abs(std::sin(a) + 1e-9));
-    m.ranges.push_back(static_cast<float>(wall + 0.01 * rng.uniform()));
-  }
-  if (rng.below(8) == 0) m.ranges[rng.below(81)] = static_cast<float>(some_number(rng));
-  if (rng.below(20) == 0) m.angle_increment = static_cast<float>(some_number(rng));
-  if (rng.below(20) == 0) m.time_increment = static_cast<float>(some_number(rng));
-  return m;
 }
 
 class LocaliseDrive {
@@ -91,7 +67,7 @@ class LocaliseDrive {
  private:
   void call() {
     now_s_ += rng_.uniform(0.0, 0.2);
-    const LogTime time = next_time();
+    const LogTime time = next_time(rng_, time_);
     switch (rng_.below(8)) {
       case 0:
         if (rng_.below(3) == 0) node_.add(room_map(rng_), now_s_);
@@ -100,7 +76,7 @@ class LocaliseDrive {
       case 2:
       case 3:
         offered_.insert(time);
-        node_.add(room_scan(time, rng_), now_s_);
+        node_.add(scan_message(time, rng_), now_s_);
         break;
       case 4:
       case 5:
@@ -141,51 +117,32 @@ class LocaliseDrive {
     for (const Notice& n : out.notices) published_ += n.text + '\n';
   }
 
-  LogTime next_time() {
-    switch (rng_.below(25)) {
-      case 0:
-        return time_;
-      case 1:
-        return time_ - Duration(static_cast<std::int64_t>(rng_.below(3 * kNanosecondsOfASecond)));
-      case 2:
-        return LogTime();
-      case 3:
-        return rng_.below(8) == 0
-                   ? LogTime::from_nanoseconds((1LL << 32) * kNanosecondsOfASecond - 1)
-                   : time_;
-      default:
-        return time_ += Duration(static_cast<std::int64_t>(rng_.below(kNanosecondsOfASecond / 10)));
-    }
-  }
   void add_odometry(LogTime time) {
-    Odometry m = message_of(
-        OdometrySample{time, Transform2<frame::Odom, frame::Base>(
-                                 SE2d(0.01 * rng_.uniform(), 0.0, Angle::degrees(rng_.uniform())))},
-        rng_.below(30) == 0 ? "elsewhere" : "odom", "base_link");
-    if (rng_.below(10) == 0) m.pose.pose.position.x = some_number(rng_);
-    if (rng_.below(30) == 0) m.pose.pose.orientation.z = some_number(rng_);
+    Odometry m = odometry_message(time, rng_);
+    if (rng_.below(10) == 0) m.pose.pose.position.x = any_number(rng_);
+    if (rng_.below(30) == 0) m.pose.pose.orientation.z = any_number(rng_);
     node_.add(m, now_s_);
   }
   void add_transforms(LogTime time) {
     TfMessage tf{
         {transform_of(SE2d(), time, "base_link", "laser"),
          transform_of(SE2d(0.01 * rng_.uniform(), 0.0, Angle()), time, "odom", "base_link")}};
-    if (rng_.below(6) == 0) tf.transforms[0].transform.translation.x = some_number(rng_);
-    if (rng_.below(6) == 0) tf.transforms[1].transform.rotation.w = some_number(rng_);
+    if (rng_.below(6) == 0) tf.transforms[0].transform.translation.x = any_number(rng_);
+    if (rng_.below(6) == 0) tf.transforms[1].transform.rotation.w = any_number(rng_);
     node_.add(tf, now_s_);
   }
   void add_pose(LogTime time) {
     Gaussian<SE2d> pose{SE2d(0.1 * rng_.uniform(), 0.0, Angle())};
     pose.covariance *= 0.1;
     PoseWithCovarianceStamped m = message_of(pose, time, rng_.below(8) == 0 ? "odom" : "map");
-    if (rng_.below(6) == 0) m.pose.pose.position.y = some_number(rng_);
-    if (rng_.below(6) == 0) m.pose.covariance[rng_.below(36)] = some_number(rng_);
+    if (rng_.below(6) == 0) m.pose.pose.position.y = any_number(rng_);
+    if (rng_.below(6) == 0) m.pose.covariance[rng_.below(36)] = any_number(rng_);
     node_.add(m, now_s_);
   }
 
   Rng rng_;
   LocaliseNode node_;
-  LogTime time_ = LogTime::from_nanoseconds(1000 * kNanosecondsOfASecond);
+  LogTime time_ = kStart;
   double now_s_ = 50.0;
   std::set<LogTime> offered_;
   std::string published_;
