@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   app.add_number("--speed", a.speed, 1e-3, 1e6, "speed, times real time");
   app.add_option("--from-s", a.from_s, "seconds to skip at the beginning").not_negative();
   app.add_option("--seconds", a.seconds, "largest duration to play").positive();
-  app.add_option("--leave-out", a.leave_out, "a topic not to play; repeatable").take_all();
+  app.add_option("--leave-out", a.leave_out, "a topic to leave out; repeatable").take_all();
   app.add_option("--wait-for", a.wait_for,
                  "a topic that must have a subscriber before the first message; repeatable")
       .take_all();

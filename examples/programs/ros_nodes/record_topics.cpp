@@ -147,12 +147,12 @@ int main(int argc, char** argv) {
       "metadata.yaml. Runs until it is interrupted. Topics of unknown types are recorded too, in "
       "ROS 2, without their definition.");
   examples::add_out(app, a, "folder for the recording, created if needed");
-  app.add_option("--topic", a.topics, "a topic to record; repeatable; by default all").take_all();
-  app.add_option("--leave-out", a.leave_out, "a topic not to record; repeatable").take_all();
+  app.add_option("--only", a.topics, "a topic to record; repeatable; by default all").take_all();
+  app.add_option("--leave-out", a.leave_out, "a topic to leave out; repeatable").take_all();
   app.add_option("--seconds", a.seconds, "ends after this time").positive();
   examples::add_force_and_quiet(app, a);
   app.example("--out drive", "all topics, until Ctrl-C");
-  app.example("--out drive --topic /scan --topic /odom --seconds 60", "two topics for a minute");
+  app.example("--out drive --only /scan --only /odom --seconds 60", "two topics for a minute");
   const auto started = examples::start_node(argc, argv, "record_topics", app);
   if (!started.node) return started.exit_code;
   const auto done = record(*started.node, a);

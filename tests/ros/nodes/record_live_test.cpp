@@ -49,8 +49,8 @@ TEST_F(Live, ARecordingOfTheTopicsIsWhatWasPlayed) {
   const std::string thing("\0\1\0\0\2\0\0\0a\0\0\0", 12);
   other.publish(thing);
   Process recorder(
-      {WAYFARE_RECORD_TOPICS, "--out", path("drive"), "--topic", topic("scan"), "--topic",
-       topic("odom"), "--topic", topic("tf_static"), "--topic", topic("other")},
+      {WAYFARE_RECORD_TOPICS, "--out", path("drive"), "--only", topic("scan"), "--only",
+       topic("odom"), "--only", topic("tf_static"), "--only", topic("other")},
       path("recorder.txt"));
   ASSERT_EQ(play(path("played.mcap"), {"/scan", "/odom", "/tf_static"}).wait(120.0), 0)
       << recorder.output();
