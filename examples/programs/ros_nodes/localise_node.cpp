@@ -102,7 +102,7 @@ void run(ros::Node& node, const Arguments& a, const std::optional<ros::Occupancy
     node.spin(localiser.busy() ? 0.0 : 0.05);
     publish(localiser.work(steady_s()));
   }
-  examples::say_counts(node);
+  examples::say_counts(node, localiser);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
     node.spin(slam.busy() ? 0.0 : 0.05);
     publish(slam.work(steady_s()));
   }
-  say_counts(node);
+  say_counts(node, slam);
 }
 
 }  // namespace
@@ -89,6 +89,12 @@ void add_threads(CommandLine& app, SlamNodeArguments& a) {
 void add_resolution(CommandLine& app, SlamNodeArguments& a) {
   app.add_positive("--resolution-m", a.node.map.resolution_m,
                    "cell size of the published map, with laser scans only");
+}
+
+void say_counts(const ros::Node& node, const ros::ScanNode& scans) {
+  say_counts(node);
+  for (const auto& [what, number] : scans.left_out())
+    node.say(ros::Severity::warning, "left out in all: " + std::to_string(number) + " of " + what);
 }
 
 SE2d pose_of(const std::vector<double>& v) { return SE2d(v[0], v[1], Angle::degrees(v[2])); }

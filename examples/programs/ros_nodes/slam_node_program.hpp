@@ -26,6 +26,8 @@ void add_scan_options(CommandLine& app, ros::ScanNodeOptions& options, std::vect
 void add_slam_options(CommandLine& app, SlamNodeArguments& arguments, const std::string& program);
 /// Mounting of the inertial unit, as of the programs on logs.
 void add_unit_options(CommandLine& app, SlamNodeArguments& arguments);
+/// Warns at the end of messages that were lost, refused, or left out by the node.
+void say_counts(const ros::Node& node, const ros::ScanNode& scans);
 void add_threads(CommandLine& app, SlamNodeArguments& arguments);
 void add_resolution(CommandLine& app, SlamNodeArguments& arguments);
 
