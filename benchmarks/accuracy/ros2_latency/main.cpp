@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/node.hpp>
 #include <wayfare/ros/ros2_node.hpp>
@@ -41,12 +42,14 @@ struct Arguments {
 /// A hall with pillars, and laps through it.
 class Laps {
  public:
-  Laps() {
-    auto read = sim::read_plan(
-        "metres_per_character 1\npicture\n"
-        "####################\n#                  #\n#  ##      #       #\n#                  #\n"
-        "#       ##     ##  #\n#                  #\n#   #              #\n#          ##      #\n"
-        "#                  #\n####################\n");
+  Laps()
+      : plan_(sim::read_plan("metres_per_character 1\npicture\n"
+                             "####################\n#                  #\n"
+                             "#  ##           #  #\n#                  #\n"
+                             "#       ##     ##  #\n#                  #\n"
+                             "#   #              #\n#              ##  #\n"
+                             "#                  #\n####################\n")
+                  ->plan) {
     sim::Lidar2dParams lidar;
     lidar.beams = kBeams;
     lidar.first_bearing = Angle::degrees(-135.0);
@@ -54,7 +57,12 @@ class Laps {
     Rng rng(1);
     for (std::size_t i = 0; i < kLap; ++i)
       scans_.push_back(sim::simulate_scan(
-          read->plan, [&](LogTime) { return pose(i); }, LogTime(), lidar, rng));
+          plan_, [&](LogTime) { return pose(i); }, LogTime(), lidar, rng));
+  }
+  /// For a localising node.
+  [[nodiscard]] ros::OccupancyGrid map() const {
+    const auto grid = sim::map_of_plan(plan_, Eigen::Vector2d(10.0, 5.0));
+    return ros::message_of(io::grid_image(*grid), LogTime::from_seconds(1.0), "map");
   }
   [[nodiscard]] LaserScan scan(std::size_t i) const { return scans_[i % kLap]; }
   /// A circle of 3 m radius around the middle.
@@ -65,6 +73,7 @@ class Laps {
   }
 
  private:
+  sim::FloorPlan plan_;
   std::vector<LaserScan> scans_;
 };
 
@@ -129,19 +138,24 @@ int run(const Arguments& a) {
   auto odometry = node.publisher<ros::Odometry>("odom", ros::Qos::queue(10));
   std::map<std::int64_t, Clock::time_point> sent;
   std::vector<double> latencies_ms;
-  node.subscribe<ros::PoseStamped>("pose", ros::Qos::queue(1000), [&](const ros::PoseStamped& m) {
+  const auto take = [&](const auto& m) {
     const auto found = sent.find(ros::time_of(m.header.stamp)->nanoseconds());
     if (found == sent.end()) return;
     const std::chrono::duration<double, std::milli> took = Clock::now() - found->second;
     latencies_ms.push_back(took.count());
     sent.erase(sent.begin(), std::next(found));
-  });
+  };
+  node.subscribe<ros::PoseStamped>("pose", ros::Qos::queue(1000), take);
+  node.subscribe<ros::PoseWithCovarianceStamped>("amcl_pose", ros::Qos::queue(1000), take);
+  auto map = node.publisher<ros::OccupancyGrid>("map_of_plan", ros::Qos::latched());
+  map.publish(laps.map());
   while (node.ok() && (scans.subscribers() == 0 || odometry.subscribers() == 0)) node.spin(0.05);
 
   const auto begin = Clock::now();
   const LogTime start = LogTime::from_nanoseconds(node.now_ns());
   const auto end = static_cast<std::size_t>(a.minutes * 60.0 * kRate_hz);
   std::printf("minute  node, MB  poses of scans\n");
+  std::size_t scans_sent = 0;
   for (std::size_t i = 0; i < end && node.ok(); ++i) {
     const auto since = from_seconds(static_cast<double>(i) / kRate_hz);
     while (node.ok() && Clock::now() < begin + since)
@@ -152,6 +166,7 @@ int run(const Arguments& a) {
     odometry.publish(ros::message_of(moved, "odom", "base_link"));
     sent[scan.time.nanoseconds()] = Clock::now();
     scans.publish(ros::message_of(scan, "laser"));
+    ++scans_sent;
     if ((i + 1) % static_cast<std::size_t>(60.0 * kRate_hz) == 0) {
       std::printf("%6.0f  %8.1f  %zu of %zu\n", static_cast<double>(i + 1) / kRate_hz / 60.0,
                   child.resident_mb(), latencies_ms.size(), i + 1);
@@ -159,7 +174,7 @@ int run(const Arguments& a) {
     }
   }
   for (int i = 0; i < 40; ++i) node.spin(0.05);
-  std::printf("%zu scans, %zu poses\n", end, latencies_ms.size());
+  std::printf("%zu scans, %zu poses\n", scans_sent, latencies_ms.size());
   for (const ros::TopicCounts& c : node.counts())
     std::printf("%s: %llu received, %llu refused, %llu lost\n", c.topic.c_str(),
                 static_cast<unsigned long long>(c.received),
@@ -177,10 +192,15 @@ int main(int argc, char** argv) {
       "Measure a SLAM node of ROS 2: scans of 1080 beams at 40 Hz with odometry, of a simulated "
       "robot that drives laps, to a node in a process of its own. Prints the latency from a scan "
       "to "
-      "its pose, lost samples, and the node's memory each minute.");
+      "its pose, lost samples, and the node's memory each minute. The map of the plan is on "
+      "'map_of_plan'.");
   app.add_file("NODE", a.node, "the program of the node, such as build/bin/slam_node").required();
   app.add_option("--options", a.options, "of the node, between spaces");
   app.add_positive("--minutes", a.minutes, "duration");
+  app.example(
+      "build/bin/localise_node --options '--laser 0 0 0 --initial 13 5 1.57 --ros-args -r "
+      "map:=map_of_plan'",
+      "localisation, which keeps no trajectory");
   app.example("build/bin/slam_node --minutes 60 --options '--laser 0 0 0'",
               "an hour of submap SLAM");
   if (const auto code = app.parse(argc, argv)) return *code;
