@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/ros/node.hpp>
+#include <wayfare/ros/qos.hpp>
 #include <wayfare/ros/ros2_node.hpp>
 
 namespace wayfare::testing {
