@@ -2,8 +2,6 @@
 
 // Nodes in a DDS domain of the test's own, on the loopback interface.
 
-#include <unistd.h>
-
 #include <chrono>
 #include <functional>
 #include <initializer_list>
@@ -16,12 +14,11 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/ros/node.hpp>
+#include <wayfare/ros/qos.hpp>
 #include <wayfare/ros/ros2_node.hpp>
+#include "ros/nodes/processes.hpp"
 
 namespace wayfare::testing {
-
-/// By the process: tests run at the same time.
-inline unsigned own_domain() { return static_cast<unsigned>(::getpid()) % 100 + 1; }
 
 /// A connected node with arguments.
 inline std::unique_ptr<ros::Node> own_node(const std::string& name,

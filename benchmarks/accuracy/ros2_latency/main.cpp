@@ -12,7 +12,6 @@
 #include <fstream>
 #include <map>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -35,7 +34,8 @@ constexpr std::size_t kBeams = 1080;
 constexpr std::size_t kLap = 1600;  ///< scans of a lap: 40 s
 
 struct Arguments {
-  std::string node, options;
+  std::string node, config;
+  bool localise = false;
   double minutes = 1.0;
 };
 
@@ -61,7 +61,7 @@ class Laps {
   }
   /// For a localising node.
   [[nodiscard]] ros::OccupancyGrid map() const {
-    const auto grid = sim::map_of_plan(plan_, Eigen::Vector2d(10.0, 5.0));
+    const auto grid = sim::map_of_plan(plan_, Eigen::Vector2d(10.5, 4.5));
     return ros::message_of(io::grid_image(*grid), LogTime::from_seconds(1.0), "map");
   }
   [[nodiscard]] LaserScan scan(std::size_t i) const { return scans_[i % kLap]; }
@@ -124,9 +124,11 @@ void print_latencies(std::vector<double> ms) {
 int run(const Arguments& a) {
   ::setenv("ROS_VERSION", "2", 1);
   ::setenv("ROS_DOMAIN_ID", std::to_string(::getpid() % 100 + 1).c_str(), 1);
-  std::vector<std::string> command = {a.node};
-  std::istringstream words(a.options);
-  for (std::string word; words >> word;) command.push_back(word);
+  std::vector<std::string> command = {a.node, "--laser", "0", "0", "0"};
+  if (!a.config.empty()) command.insert(command.end(), {"--config", a.config});
+  if (a.localise)
+    command.insert(command.end(),
+                   {"--initial", "13", "5", "1.57", "--ros-args", "-r", "map:=map_of_plan"});
   std::vector<std::string> none = {"ros2_latency"};
   auto raw = ros::ros2_node(none, "ros2_latency");
   if (!raw) return std::fprintf(stderr, "%s\n", raw.error().to_string().c_str()), 1;
@@ -192,17 +194,14 @@ int main(int argc, char** argv) {
       "Measure a SLAM node of ROS 2: scans of 1080 beams at 40 Hz with odometry, of a simulated "
       "robot that drives laps, to a node in a process of its own. Prints the latency from a scan "
       "to "
-      "its pose, lost samples, and the node's memory each minute. The map of the plan is on "
-      "'map_of_plan'.");
+      "its pose, lost samples, and the node's memory each minute.");
   app.add_file("NODE", a.node, "the program of the node, such as build/bin/slam_node").required();
-  app.add_option("--options", a.options, "of the node, between spaces");
+  app.add_flag("--localise", a.localise, "the node localises: it gets the map and the first pose");
+  app.add_file("--config", a.config, "JSON file of the node's options");
   app.add_positive("--minutes", a.minutes, "duration");
-  app.example(
-      "build/bin/localise_node --options '--laser 0 0 0 --initial 13 5 1.57 --ros-args -r "
-      "map:=map_of_plan'",
-      "localisation, which keeps no trajectory");
-  app.example("build/bin/slam_node --minutes 60 --options '--laser 0 0 0'",
-              "an hour of submap SLAM");
+  app.example("--minutes 60 build/bin/slam_node", "an hour of submap SLAM");
+  app.example("--minutes 60 --localise build/bin/localise_node",
+              "localisation, which keeps no trajectory");
   if (const auto code = app.parse(argc, argv)) return *code;
   return run(a);
 }

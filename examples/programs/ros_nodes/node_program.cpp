@@ -113,7 +113,8 @@ Result<std::unique_ptr<ros::RawNode>> transport(std::vector<std::string>& argume
 StartedNode start_node(int argc, char** argv, const std::string& name, CommandLine& options) {
   options.footer(
       "Options may be given as the node's parameters as well, with underscores (map_period_s for "
-      "--map-period-s). ROS 2: --ros-args -r scan:=/front/scan -p map_period_s:=2.0, domain "
+      "--map-period-s). ROS 2: --ros-args -r scan:=/front/scan -p map_period_s:=2.0 "
+      "--params-file FILE, domain "
       "ROS_DOMAIN_ID, this computer only unless ROS_LOCALHOST_ONLY=0. ROS 1, chosen by "
       "ROS_VERSION=1 or, without ROS_VERSION, by ROS_MASTER_URI: scan:=front/scan "
       "_map_period_s:=2.");

@@ -4,7 +4,6 @@
 // own, or with ROS_VERSION=2 of ROS 2, in a domain of the test's own.
 
 #include <signal.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <functional>
@@ -107,7 +106,7 @@ class Live : public ::testing::Test {
   }
   static std::unique_ptr<ros::RawNode> join_ros2([[maybe_unused]] Command& arguments) {
 #ifdef WAYFARE_ROS2
-    ::setenv("ROS_DOMAIN_ID", std::to_string(::getpid() % 100 + 1).c_str(), 1);
+    ::setenv("ROS_DOMAIN_ID", std::to_string(own_domain()).c_str(), 1);
     ::unsetenv("ROS_LOCALHOST_ONLY");
     ::unsetenv("ROS_AUTOMATIC_DISCOVERY_RANGE");
     auto node = ros::ros2_node(arguments, "wayfare_test");
