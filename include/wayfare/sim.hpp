@@ -8,5 +8,6 @@
 #include <wayfare/sim/radar.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
+#include <wayfare/sim/walkers.hpp>
 #include <wayfare/sim/walks.hpp>
 #include <wayfare/sim/worlds.hpp>

@@ -280,6 +280,9 @@ class RobotSynchroniser::Impl {
   void add_points(const RadarScan& scan, const SE2d& T_first_radar,
                   const std::optional<Eigen::Vector2d>& velocity_m_s, PointSet& to) const {
     for (const RadarPoint& measured : scan.points) {
+      if (velocity_m_s && params_.moving_m_s > 0.0 &&
+          is_moving(measured, *velocity_m_s, params_.array, params_.moving_m_s))
+        continue;
       const RadarPoint p =
           velocity_m_s ? compensate_bearing(measured, *velocity_m_s, params_.array) : measured;
       const Eigen::Vector2d at(p.x_m, p.y_m);

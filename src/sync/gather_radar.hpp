@@ -42,10 +42,11 @@ inline std::optional<Eigen::Vector2d> velocity_at(std::span<const RadarScan> fra
 
 }  // namespace detail
 
-/// All of `frames`, at least one, as one scan.
+/// All of `frames`, at least one, as one scan, without points that move (SyncParams::moving_m_s).
 [[nodiscard]] inline GatheredRadar gather(std::span<const RadarScan> frames,
                                           const Transform2<frame::Base, frame::Radar>& mounting,
-                                          const RadarArray& array, const OdometryTrack& odometry) {
+                                          const RadarArray& array, const OdometryTrack& odometry,
+                                          double moving_m_s = 0.0) {
   const SE2d T_base_radar = mounting.raw();
   GatheredRadar scan{frames.back().time, {}};
   const auto last = odometry.at(scan.time);
@@ -55,6 +56,8 @@ inline std::optional<Eigen::Vector2d> velocity_at(std::span<const RadarScan> fra
         last && here ? last->raw().inverse() * here->raw() * T_base_radar : T_base_radar;
     const auto velocity = detail::velocity_at(frames, i, T_base_radar, odometry);
     for (const RadarPoint& measured : frames[i].points) {
+      if (velocity && moving_m_s > 0.0 && is_moving(measured, *velocity, array, moving_m_s))
+        continue;
       const RadarPoint p = velocity ? compensate_bearing(measured, *velocity, array) : measured;
       const Eigen::Vector2d at = T_last_radar * Eigen::Vector2d(p.x_m, p.y_m);
       if (at.allFinite()) scan.points.push_back(at.cast<float>());

@@ -289,5 +289,19 @@ TEST(AugmentedScans, BearingsAreCorrectedForTheRobotsMotion) {
 
 TEST(AugmentedScans, AnEmptyRecordingHasNoSteps) { EXPECT_TRUE(synchronise({}, {}).empty()); }
 
+TEST(AugmentedScans, PointsOfAnotherRadialSpeedMove) {
+  const RadarArray array{.max_speed_m_s = 1.0};
+  const Eigen::Vector2d velocity(0.3, 0.0);
+  const auto moves = [&](float doppler) {
+    return is_moving({.x_m = 2.0F, .y_m = 0.0F, .doppler_m_s = doppler}, velocity, array, 0.18);
+  };
+  EXPECT_FALSE(moves(-0.3F));
+  EXPECT_FALSE(moves(-0.4F));
+  EXPECT_TRUE(moves(0.0F));
+  EXPECT_TRUE(moves(0.6F));
+  EXPECT_FALSE(moves(1.7F));  // wraps
+  EXPECT_FALSE(moves(std::numeric_limits<float>::quiet_NaN()));
+}
+
 }  // namespace
 }  // namespace wayfare

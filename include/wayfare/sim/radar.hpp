@@ -39,6 +39,7 @@ struct Reflector {
   /// A ghost: the mirror image of another reflector behind this segment of the plan, visible only
   /// through it.
   std::uint32_t mirror = kNoMirror;
+  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();  ///< over ground, the plan's axes
 };
 
 /// How a building's walls reflect. The strengths' defaults, means and standard deviations, come

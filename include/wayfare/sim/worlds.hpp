@@ -19,6 +19,7 @@
 #include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/radar.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
+#include <wayfare/sim/walkers.hpp>
 
 namespace wayfare::sim {
 
@@ -123,6 +124,7 @@ struct World {
   std::vector<Eigen::Vector2d> route_m;  ///< waypoints, m
   std::vector<Reflector> reflectors;     ///< that the radar sees
   std::vector<Carpet> carpets;           ///< where wheels slip
+  std::vector<Walker> walkers = {};      ///< people that LiDAR and radar see
 };
 
 /// A world of make_world.
@@ -131,7 +133,7 @@ struct WorldName {
   std::string_view description;  ///< one line
 };
 
-/// corridor_loop, room, cluttered_room.
+/// corridor_loop, corridor_tee, pillar_hall, room, cluttered_room.
 [[nodiscard]] std::span<const WorldName> world_names();
 
 /// The world of that name; `rng` determines the positions of its reflectors. An unknown name is an

@@ -43,19 +43,24 @@
 
 namespace wayfare {
 
-/// The maps of one particle.
+/// Of a gyro's rate of turn: a Gaussian.
+struct GyroBias {
+  double mean_rad_s = 0.0;  ///< measured turn without turning
+  double variance = 0.0;    ///< (rad/s)²
+};
+
+/// What follows from the trajectory of one particle.
 struct RbpfMaps {
-  OccupancyGrid lidar,  ///< of the LiDAR
-      radar;            ///< of detections
+  OccupancyGrid lidar,   ///< map of the LiDAR
+      radar;             ///< map of detections
+  GyroBias gyro_bias{};  ///< given the particle's headings
 };
 
 /// Result of one scan.
 struct RbpfOutcome {
-  bool updated = false;     ///< whether it updated the filter; else its pose is predicted
-  std::size_t matched = 0;  ///< particles whose match was accepted
-  double mean_score = 0.0;  ///< of the matches, [0, 1]
-  /// Mean heading correction of the matches relative to the motion, over the particles by weight.
-  Angle turn_correction{};
+  bool updated = false;               ///< whether it updated the filter; else its pose is predicted
+  std::size_t matched = 0;            ///< particles whose match was accepted
+  double mean_score = 0.0;            ///< of the matches, [0, 1]
   double effective_particles = 0.0;   ///< 1/Σw²
   bool resampled = false;             ///< after this scan
   std::size_t particles_refused = 0;  ///< their weight or pose was not finite: left without weight
@@ -71,6 +76,7 @@ struct RbpfStatistics : PieceStatistics {
       matches_refused = 0;         ///< rejected
   std::size_t matches_gated = 0;   ///< by a MatchGate, over all searches
   std::size_t resampled = 0;       ///< times
+  std::size_t loops_closed = 0;    ///< that moved the path
   MatcherErrors matcher_errors;    ///< over all particles
 };
 
@@ -89,9 +95,11 @@ class RadarSlam {
   explicit RadarSlam(const M& matcher, const RadarSlamOptions& options = {})
       : RadarSlam(detail::particle_matcher(matcher), options) {}
 
-  /// Motion since the last call (or since the first scan). Returns an Error for non-finite values
-  /// or a covariance that is not positive semi-definite.
-  Result<void> move(const Gaussian<SE2d>& increment);
+  /// Motion since the last call (or since the first scan). Its heading has the gyro's bias times
+  /// `gyro_s` seconds in it: the time of the motion, by the gyro's share in the heading. The
+  /// covariance is that without the bias. Returns an Error for non-finite values or a covariance
+  /// that is not positive semi-definite.
+  Result<void> move(const Gaussian<SE2d>& increment, double gyro_s = 0.0);
 
   /// A scan at the robot's current pose. Returns an Error and changes nothing for a scan without
   /// beams or with non-finite geometry, one not later than the last of its sensor, or earlier than
@@ -113,6 +121,9 @@ class RadarSlam {
   [[nodiscard]] Trajectory trajectory(std::size_t particle) const;
   /// The last of the best particle's poses; none before the first scan.
   [[nodiscard]] std::optional<StampedPose> pose() const;
+  /// Of that pose relative to the first, a right perturbation: by the drift of its path, the loops
+  /// closed, and the particles' spread. An upper bound.
+  [[nodiscard]] Eigen::Matrix3d covariance() const;
   [[nodiscard]] const OccupancyGrid& lidar_map() const;  ///< of the best particle
   [[nodiscard]] const OccupancyGrid& radar_map() const;  ///< of the best particle
   /// Of the best particles of all parts.
@@ -139,26 +150,6 @@ enum class SlamSensors {
   both,   ///< each in its own map
 };
 
-/// Estimation of a gyro's bias from the persistent part of the scan matching corrections: a bias
-/// would bend every map made with it. Only part of it is observable, as the maps rotate with the
-/// motion they are made from.
-struct GyroBiasOptions {
-  /// Prior standard deviation, rad/s. 0: the gyro has no bias and none is estimated.
-  double prior_rad_s = 0.004;
-  /// Of one matched heading, rad.
-  double heading_rad = 0.007;
-  /// Lower limit of the estimate's standard deviation, rad/s: maps that rotated with the motion
-  /// carry no information on it.
-  double min_sigma_rad_s = 0.001;
-  /// Correlation time of the bias, s.
-  double correlation_time_s = 300.0;
-  /// Larger corrections, rad, are relocalisations rather than drift, and are not used.
-  double max_correction_rad = 0.05;
-  /// Time, s, over which the residual bias acts in one direction: about as long as the stretch of
-  /// map that it bends stays in view. Longer: headings rely on matches rather than on the gyro.
-  double residual_time_s = 20.0;
-};
-
 /// Noise of wheels, gyro and odometry.
 struct DeadReckoningOptions {
   DifferentialDriveModel wheels{.slip_m_per_sqrt_m = 0.02, .scale = 0.02};  ///< noise of the wheels
@@ -166,7 +157,6 @@ struct DeadReckoningOptions {
                   .scale = 0.02,
                   .angle_random_walk_rad_per_sqrt_s = 0.0015,
                   .bias_rad_s = 0.0};
-  GyroBiasOptions gyro_bias{};  ///< estimation of the gyro's bias
   /// For recordings with odometry poses instead of wheels.
   MotionNoise odometry{0.03, 0.25, 0.02, Angle::degrees(3.0), 0.2, 0.1};
   /// With such recordings, scans in between are matched, and this travel and heading change between
@@ -187,18 +177,19 @@ struct SensorFault {
 
 /// Results for a whole recording.
 struct RadarSlamRun {
-  Trajectory trajectory;               ///< one pose per accepted scan
-  OccupancyGrid lidar_map,             ///< the best particle's
-      radar_map;                       ///< likewise
-  RbpfStatistics statistics;           ///< counts
-  std::vector<StampedPose> particles;  ///< of the latest piece: their last poses
-  std::vector<double> log_weights;     ///< of the particles, normalised
-  std::vector<Trajectory> paths;       ///< of the particles; with RadarSlamOptions::keep_paths only
-  std::vector<SensorFault> faults;     ///< of wheels and gyro
-  double gyro_bias_rad_s = 0.0;        ///< estimate at the end
-  std::size_t refused_scans = 0;       ///< by add_lidar and add_radar
-  std::string first_refusal;           ///< reason for the first of them
-  WallCrossings crossings;             ///< of several pieces; else 0
+  Trajectory trajectory;                                 ///< one pose per accepted scan
+  OccupancyGrid lidar_map,                               ///< the best particle's
+      radar_map;                                         ///< likewise
+  RbpfStatistics statistics;                             ///< counts
+  std::vector<StampedPose> particles;                    ///< of the latest piece: their last poses
+  std::vector<double> log_weights;                       ///< of the particles, normalised
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of the last pose, as RadarSlam's
+  std::vector<Trajectory> paths;    ///< of the particles; with RadarSlamOptions::keep_paths only
+  std::vector<SensorFault> faults;  ///< of wheels and gyro
+  double gyro_bias_rad_s = 0.0;     ///< estimate at the end
+  std::size_t refused_scans = 0;    ///< by add_lidar and add_radar
+  std::string first_refusal;        ///< reason for the first of them
+  WallCrossings crossings;          ///< of several pieces; else 0
 
   /// The map of the sensor that frees cells, if used.
   [[nodiscard]] const OccupancyGrid& map() const {

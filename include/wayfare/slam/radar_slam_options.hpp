@@ -24,6 +24,13 @@ struct MatchGate {
   Angle turn = Angle::degrees(180.0);  ///< by default never
 };
 
+/// Errors of a particle's path since a place was last seen, a random walk: standard deviations
+/// after one metre, growing with the root of the distance.
+struct PathDrift {
+  double m_per_sqrt_m = 0.01;                    ///< along either axis
+  Angle turn_per_sqrt_m = Angle::degrees(0.15);  ///< of the heading
+};
+
 /// Parameters of one sensor's scans.
 struct RbpfSensorOptions {
   /// Clamped after a few scans, so that a wall survives later scans that conflict with it.
@@ -65,6 +72,10 @@ struct RbpfSensorOptions {
   /// Above this number of points, a match is searched with every second point, third, and so on,
   /// and refined with all. Zero: always all.
   std::size_t search_points = 60;
+  PathDrift drift{};           ///< of paths by this sensor; of both, that of the LiDAR
+  double loop_score = 0.6;     ///< agreement below which a match does not close a loop
+  double loop_sigma_m = 0.02;  ///< least standard deviation of such a match
+  Angle loop_sigma_turn = Angle::degrees(0.15);  ///< the same of its heading
 };
 
 /// For few points, half of them ghosts or clutter, with bearing errors of a degree or two. Only
@@ -81,8 +92,38 @@ struct RbpfSensorOptions {
   o.point_spacing_m = 0.0;
   o.map_travel_m = 0.05;
   o.search_points = 0;
+  o.drift = {0.02, Angle::degrees(0.35)};
+  o.loop_score = 0.4;
+  o.loop_sigma_m = 0.03;
+  o.loop_sigma_turn = Angle::degrees(0.3);
   return o;
 }
+
+/// A gyro's bias as a state of every particle, by a Kalman filter given its headings
+/// (Rao-Blackwellised, as are the maps): a Gauss-Markov process of the first order.
+struct GyroBiasOptions {
+  double sigma_rad_s = 0.002;          ///< stationary σ; 0: the gyro has no bias
+  double correlation_time_s = 3000.0;  ///< of the process
+};
+
+/// Closing of loops: where the robot comes back, the latest scans are matched to a map of the
+/// earlier visit alone. A pose graph of the best particle's path distributes the error over the
+/// loop; the filter goes on from the smoothed path with its map.
+struct LoopSmoothingOptions {
+  double gap_m = 12.0;            ///< least path length back to an earlier visit; 0: no smoothing
+  double node_distance_m = 0.5;   ///< between nodes of the graph, along the path
+  std::size_t nodes_between = 2;  ///< between searches
+  double overlap_m = 1.5;         ///< largest distance to a node of the earlier visit, beyond 3 σ
+  double largest_reach_m = 3.0;   ///< and at any uncertainty
+  double map_radius_m = 5.0;      ///< of the earlier scans that are matched to
+  double context_m = 2.0;         ///< of path whose scans are matched together
+  std::size_t points = 400;       ///< most that are matched
+  double prior_scale = 1.5;       ///< of the path's uncertainty, in the search
+  double agreement_sigmas = 4.0;  ///< matches of both sensors that differ by more are not used
+  double kernel_sigmas = 2.0;     ///< of the loops' Cauchy kernel
+  double least_m = 0.03;          ///< smaller corrections do not move the path
+  Angle least_turn = Angle::degrees(0.15);  ///< nor do those of the heading
+};
 
 /// Particles, sensors and updates of a RadarSlam.
 struct RadarSlamOptions {
@@ -108,6 +149,9 @@ struct RadarSlamOptions {
   /// Match LiDAR scans in between to the best particle's map, which gives their poses and detects
   /// motion that the motion model missed.
   bool match_skipped = false;
+
+  GyroBiasOptions gyro_bias{};   ///< of motion with a gyro's share
+  LoopSmoothingOptions loops{};  ///< closing of loops
 
   /// Sampling of a particle's pose at its match.
   PoseProposalOptions proposal{.samples = 500, .headings = 20, .divide_by_proposal = true};

@@ -64,6 +64,19 @@ struct RadarArray {
   return corrected;
 }
 
+/// Whether the radial speed of `point`, measured by a radar that moves with `velocity_m_s` (its own
+/// axes), differs from that of a static object by more than `tolerance_m_s`; both wrap at the
+/// array's largest speed, where that is known.
+[[nodiscard]] inline bool is_moving(const RadarPoint& point, const Eigen::Vector2d& velocity_m_s,
+                                    const RadarArray& array, double tolerance_m_s) {
+  const double x = point.x_m, y = point.y_m, range = std::hypot(x, y);
+  if (!(range > 0.0) || !std::isfinite(point.doppler_m_s)) return false;
+  const double radial = -(velocity_m_s.x() * x + velocity_m_s.y() * y) / range;
+  double mismatch = static_cast<double>(point.doppler_m_s) - radial;
+  if (array.max_speed_m_s > 0.0) mismatch = std::remainder(mismatch, 2.0 * array.max_speed_m_s);
+  return std::abs(mismatch) > tolerance_m_s;
+}
+
 /// Time base, gathering of radar frames and geometry of a RobotSynchroniser.
 struct SyncParams {
   Duration period{50'000'000};  ///< of the time base
@@ -72,6 +85,9 @@ struct SyncParams {
   double min_range_m = 0.0;     ///< nearer radar points are dropped
   double max_range_m = 1e9;     ///< farther radar points are dropped
   float min_snr_db = 0.0F;      ///< weaker radar points are dropped
+  /// Radar points whose radial speed differs by more from that of a static object, by the wheels or
+  /// odometry, are moving and dropped; covers a Doppler bin and a half. 0: all are kept.
+  double moving_m_s = 0.0;
   /// How long a step waits for a stream that lags the others; then the stream counts as silent.
   Duration max_wait{500'000'000};
   /// Between wheel or gyro samples further apart than this, the motion is unknown.

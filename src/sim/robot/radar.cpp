@@ -196,7 +196,8 @@ class Illumination {
     constexpr double kWeakest_db = -10.0;
     if (db < kWeakest_db || !visible(reflector, db) || db < kWeakest_db) return false;
     echo.range_bins = range / params_.range_bin_m;
-    echo.doppler_bins = -velocity_.dot(u) / params_.doppler_bin_m_s;
+    const Vector2d moved = to_.rotation() * reflector.velocity_m_s - velocity_;
+    echo.doppler_bins = moved.dot(u) / params_.doppler_bin_m_s;
     echo.sine = u.y();
     echo.amplitude = db_to_amplitude(db);
     constexpr double kFastest_bins = 1e6;

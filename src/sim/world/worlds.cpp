@@ -6,15 +6,20 @@
 #include <string>
 #include <utility>
 
+#include "sim/world/places.hpp"
+
 namespace wayfare::sim {
 namespace {
 
 using Eigen::Vector2d;
 
-enum Stream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar };
+enum Stream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar, kPeople };
 
-constexpr std::array<WorldName, 3> kWorlds{{
+constexpr std::array<WorldName, 5> kWorlds{{
     {"corridor_loop", "long corridors around a block, 18 m x 30 m, one lap and a bit"},
+    {"corridor_tee",
+     "two corridors that meet in a T, 24 m and 14 m, each driven to its end and back"},
+    {"pillar_hall", "a hall of 14 m x 18 m with pillars and four people walking, two laps"},
     {"room", "a room of 6 m x 8 m with a little furniture, two laps"},
     {"cluttered_room", "the same room full of objects, driven to and fro over the same floor"},
 }};
@@ -82,6 +87,46 @@ World corridor_loop(const Rng& rng) {
   return world;
 }
 
+// The stem leads up to the middle of the bar.
+World corridor_tee(const Rng& rng) {
+  constexpr double kBar_m = 24.0, kStem_m = 14.0, kWidth_m = 2.2, kRecess_m = 0.03;
+  constexpr double kLeft_m = 0.5 * (kBar_m - kWidth_m), kRight_m = kLeft_m + kWidth_m;
+  constexpr double kTop_m = kStem_m + kWidth_m;
+  Walls walls;
+  Rng doors = rng.stream(kDrive);
+  const std::vector<Vector2d> c{{kLeft_m, 0.0},    {kRight_m, 0.0},   {kRight_m, kStem_m},
+                                {kBar_m, kStem_m}, {kBar_m, kTop_m},  {0.0, kTop_m},
+                                {0.0, kStem_m},    {kLeft_m, kStem_m}};
+  for (std::size_t i = 0; i < c.size(); ++i)
+    walls.add_wall_with_doors(c[i], c[(i + 1) % c.size()], kRecess_m, doors);
+  const double x = 0.5 * kBar_m, y = kStem_m + 0.5 * kWidth_m;
+  std::vector<Vector2d> route{{x, 1.2}, {x, y}, {kBar_m - 1.2, y}, {x, y},
+                              {1.2, y}, {x, y}, {x, 1.2},          {x, 6.0}};
+  return furnished_world(plan_of(walls.segments_), std::move(route), walls.frames_, {}, rng);
+}
+
+World pillar_hall(const Rng& rng) {
+  constexpr double kWidth_m = 14.0, kLength_m = 18.0, kPillar_m = 0.4;
+  Walls walls;
+  Rng doors = rng.stream(kDrive);
+  const std::array<Vector2d, 4> c{
+      {{0.0, 0.0}, {kWidth_m, 0.0}, {kWidth_m, kLength_m}, {0.0, kLength_m}}};
+  for (std::size_t i = 0; i < 4; ++i) walls.add_wall_with_doors(c[i], c[(i + 1) % 4], 0.05, doors);
+  for (const double x : {3.5, 7.0, 10.5})
+    for (const double y : {3.6, 7.2, 10.8, 14.4}) {
+      const Vector2d shift(doors.uniform(-0.2, 0.2), doors.uniform(-0.2, 0.2));
+      const Vector2d half(0.5 * kPillar_m, 0.5 * kPillar_m), at = Vector2d(x, y) + shift;
+      walls.add_box(at - half, at + half);
+    }
+  const std::vector<Vector2d> lap{{1.8, 1.8}, {12.2, 1.8}, {12.2, 16.2}, {1.8, 16.2}};
+  std::vector<Vector2d> route(lap);
+  route.insert(route.end(), lap.begin(), lap.end());
+  route.push_back(lap[0]);
+  World world = furnished_world(plan_of(walls.segments_), std::move(route), walls.frames_, {}, rng);
+  world.walkers = walkers_along(lap, 4, rng.stream(kPeople));
+  return world;
+}
+
 World room(const Rng& rng, bool cluttered) {
   Walls walls;
   Rng doors = rng.stream(kDrive);
@@ -111,108 +156,6 @@ World room(const Rng& rng, bool cluttered) {
   return world;
 }
 
-// Points every half metre of the path.
-std::vector<Vector2d> places_along(const std::vector<Vector2d>& route_m) {
-  std::vector<Vector2d> places;
-  for (std::size_t i = 1; i < route_m.size(); ++i) {
-    const Vector2d leg = route_m[i] - route_m[i - 1];
-    const int steps = 1 + static_cast<int>(leg.norm() / 0.5);
-    for (int k = 0; k < steps; ++k) places.push_back(route_m[i - 1] + k * leg / steps);
-  }
-  return places;
-}
-
-// Voxels between two heights as an image of solid cells, with the path kept clear.
-class VoxelSlice {
- public:
-  VoxelSlice(std::span<const Eigen::Vector3d> voxels_m, std::span<const Vector2d> path_m,
-             const VoxelWorldParams& params)
-      : params_(params) {
-    Vector2d lower = path_m[0], upper = path_m[0];
-    for (const Eigen::Vector3d& v : voxels_m) {
-      if (v.z() < params.lowest_m || v.z() > params.highest_m) continue;
-      lower = lower.cwiseMin(v.head<2>());
-      upper = upper.cwiseMax(v.head<2>());
-    }
-    constexpr double kMargin_m = 1.5;
-    origin_m_ = (lower.array() - kMargin_m).matrix();
-    const Vector2d extent = (upper - lower).array() + 2.0 * kMargin_m;
-    mask_.cell_m = params.voxel_m;
-    mask_.width = 1 + static_cast<int>(extent.x() / params.voxel_m);
-    mask_.height = 1 + static_cast<int>(extent.y() / params.voxel_m);
-    count(voxels_m);
-    for (const Vector2d& place : places_along({path_m.begin(), path_m.end()})) clear(place);
-    enclose();
-  }
-
-  [[nodiscard]] const Vector2d& origin_m() const { return origin_m_; }
-  [[nodiscard]] Result<FloorPlan> plan() const { return FloorPlan::from_cells(mask_); }
-
- private:
-  [[nodiscard]] int column_of(double x) const {
-    return static_cast<int>(std::floor((x - origin_m_.x()) / params_.voxel_m));
-  }
-  [[nodiscard]] int row_of(double y) const {
-    return mask_.height - 1 - static_cast<int>(std::floor((y - origin_m_.y()) / params_.voxel_m));
-  }
-
-  void count(std::span<const Eigen::Vector3d> voxels_m) {
-    mask_.solid.assign(mask_.index(0, mask_.height), 0);
-    for (const Eigen::Vector3d& v : voxels_m) {
-      if (v.z() < params_.lowest_m || v.z() > params_.highest_m) continue;
-      std::uint8_t& cell = mask_.solid[mask_.index(column_of(v.x()), row_of(v.y()))];
-      if (cell < 255) ++cell;
-    }
-    for (std::uint8_t& cell : mask_.solid) cell = cell >= params_.min_stacked ? 1 : 0;
-  }
-
-  void clear(const Vector2d& place) {
-    const int reach = 1 + static_cast<int>(params_.clear_m / params_.voxel_m);
-    const int c = column_of(place.x()), r = row_of(place.y());
-    for (int row = std::max(1, r - reach); row <= std::min(mask_.height - 2, r + reach); ++row)
-      for (int col = std::max(1, c - reach); col <= std::min(mask_.width - 2, c + reach); ++col)
-        mask_.solid[mask_.index(col, row)] = 0;
-  }
-
-  void enclose() {
-    for (int c = 0; c < mask_.width; ++c)
-      mask_.solid[mask_.index(c, 0)] = mask_.solid[mask_.index(c, mask_.height - 1)] = 1;
-    for (int r = 0; r < mask_.height; ++r)
-      mask_.solid[mask_.index(0, r)] = mask_.solid[mask_.index(mask_.width - 1, r)] = 1;
-  }
-
-  const VoxelWorldParams& params_;
-  Vector2d origin_m_ = Vector2d::Zero();
-  CellMask mask_;
-};
-
-// Voxels of the slice and path within an image that fits in memory.
-Result<void> check_extent(std::span<const Eigen::Vector3d> voxels_m,
-                          std::span<const Eigen::Vector3d> path_m, const VoxelWorldParams& params) {
-  constexpr double kMaxCells = 1 << 26, kFarthest_m = 1e5;
-  Eigen::Array2d lower = Eigen::Array2d::Constant(kFarthest_m), upper = -lower;
-  const auto add = [&](const Eigen::Vector3d& p) {
-    if (!p.allFinite() || p.head<2>().cwiseAbs().maxCoeff() > kFarthest_m) return false;
-    lower = lower.min(p.head<2>().array());
-    upper = upper.max(p.head<2>().array());
-    return true;
-  };
-  for (std::size_t i = 0; i < path_m.size(); ++i)
-    if (!add(path_m[i]))
-      return Error{ErrorCode::invalid,
-                   "position " + std::to_string(i) + " of the path is not finite or beyond 100 km"};
-  for (std::size_t i = 0; i < voxels_m.size(); ++i) {
-    const double z = voxels_m[i].z();
-    if (z < params.lowest_m || z > params.highest_m) continue;
-    if (!add(voxels_m[i]))
-      return Error{ErrorCode::invalid,
-                   "voxel " + std::to_string(i) + " is not finite or beyond 100 km"};
-  }
-  if (((upper - lower + 4.0) / params.voxel_m).prod() > kMaxCells)
-    return Error{ErrorCode::invalid, "the world of voxels has more than 67 million cells"};
-  return {};
-}
-
 // Velocity of the radar in its own axes, from the poses around the frame.
 Vector2d velocity_at(const Trajectory& truth, LogTime time, const SE2d& T_base_radar) {
   constexpr Duration kHalf{10'000'000};
@@ -232,8 +175,9 @@ Result<std::vector<RadarScan>> record_radar(const World& world, const Trajectory
   for (LogTime t = start; t <= truth.back().time; t += mount.period) {
     if (control.stop.stop_requested()) return Error{ErrorCode::cancelled, "stopped on request"};
     Rng noise = rng.stream(scans.size());
-    scans.push_back(simulate_radar(world.plan, world.reflectors,
-                                   true_pose_at(truth, t) * T_base_radar,
+    std::vector<Reflector> reflectors = reflectors_of(world.walkers, t);
+    reflectors.insert(reflectors.begin(), world.reflectors.begin(), world.reflectors.end());
+    scans.push_back(simulate_radar(world.plan, reflectors, true_pose_at(truth, t) * T_base_radar,
                                    velocity_at(truth, t, T_base_radar), t, mount.radar, noise));
     if (control.progress) control.progress(to_seconds(t - start) / length_s);
   }
@@ -246,6 +190,8 @@ std::span<const WorldName> world_names() { return kWorlds; }
 
 Result<World> make_world(std::string_view name, const Rng& rng) {
   if (name == "corridor_loop") return corridor_loop(rng);
+  if (name == "corridor_tee") return corridor_tee(rng);
+  if (name == "pillar_hall") return pillar_hall(rng);
   if (name == "room") return room(rng, false);
   if (name == "cluttered_room") return room(rng, true);
   std::string message = "there is no world '" + std::string(name) + "'; there are";
@@ -286,29 +232,6 @@ WorldRobot turtlebot(const Rng& rng) {
   return robot;
 }
 
-Result<World> world_of_voxels(std::span<const Eigen::Vector3d> voxels_m,
-                              std::span<const Eigen::Vector3d> path_m,
-                              const VoxelWorldParams& params, const Rng& rng) {
-  std::vector<Vector2d> route;
-  for (const Eigen::Vector3d& at : path_m)
-    if (route.empty() || (at.head<2>() - route.back()).norm() >= params.step_m)
-      route.emplace_back(at.head<2>());
-  if (!(params.voxel_m > 0.0) || !(params.clear_m >= 0.0) || !std::isfinite(params.clear_m) ||
-      params.min_stacked < 1)
-    return Error{ErrorCode::invalid, "a world of voxels needs a positive voxel size"};
-  if (auto ok = check_extent(voxels_m, path_m, params); !ok) return ok.error();
-  if (route.size() < 3)
-    return Error{ErrorCode::invalid, "the path through the voxels is shorter than two steps"};
-  VoxelSlice slice(voxels_m, route, params);
-  auto plan = slice.plan();
-  if (!plan) return plan.error();
-  for (Vector2d& place : route) place -= slice.origin_m();
-  FurnishParams furnish;
-  // A wall of cells has two faces, and steps that are no corners.
-  furnish.corner_wall_m = 4.0 * params.voxel_m;
-  return furnished_world(std::move(plan).value(), std::move(route), {}, furnish, rng);
-}
-
 Result<Recording> simulate_world(const World& world, const WorldRobot& robot, const Rng& rng,
                                  const SimulationControl& control) {
   SimulationControl part = control;
@@ -318,6 +241,14 @@ Result<Recording> simulate_world(const World& world, const WorldRobot& robot, co
   params.wheels.carpets = world.carpets;
   auto run = simulate_recording(world.plan, world.route_m, params, rng.stream(kDrive), part);
   if (!run) return run.error();
+  const Rng people = rng.stream(kPeople);
+  for (std::size_t i = 0; i < run->recording.scans.size(); ++i) {
+    LaserScan& scan = run->recording.scans[i];
+    Rng noise = people.stream(i);
+    overlay_walkers(scan, world.walkers,
+                    true_pose_at(run->truth, scan.time) * params.T_base_laser.raw(), params.lidar,
+                    noise);
+  }
   if (control.progress)
     part.progress = [&](double f) { control.progress(kLidarShare + (1.0 - kLidarShare) * f); };
   auto radar = record_radar(world, run->truth, robot.radar, rng.stream(kRadar), part);

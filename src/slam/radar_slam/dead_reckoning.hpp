@@ -11,6 +11,8 @@
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/sync/augmented_scans.hpp>
 
+#include "slam/radar_slam/gyro_bias.hpp"
+
 namespace wayfare {
 
 /// Faults with their beginning and end.
@@ -40,64 +42,27 @@ class FaultLog {
   std::map<std::string, std::size_t> open_;
 };
 
-/// The sum of heading corrections is −b T plus noise of variance q T + 2 R: q the gyro's random
-/// walk, R a matched heading's.
-class GyroBias {
- public:
-  GyroBias(const GyroBiasOptions& options, double angle_random_walk_rad_per_sqrt_s)
-      : options_(options),
-        walk_(angle_random_walk_rad_per_sqrt_s),
-        variance_(options.prior_rad_s * options.prior_rad_s) {}
-
-  /// Adds a match's heading correction after `interval_s` seconds of bias-corrected motion.
-  void learn(double turn_correction_rad, double interval_s) {
-    const double prior = options_.prior_rad_s * options_.prior_rad_s;
-    if (!(prior > 0) || !(interval_s > 0) ||
-        std::abs(turn_correction_rad) > options_.max_correction_rad)
-      return;
-    const double decay = std::exp(-interval_s / options_.correlation_time_s);
-    drift_rad_ = decay * drift_rad_ + turn_correction_rad - rad_s_ * interval_s;
-    time_s_ = decay * time_s_ + interval_s;
-    const double noise =
-        walk_ * walk_ * time_s_ + 2.0 * options_.heading_rad * options_.heading_rad;
-    variance_ = 1.0 / (1.0 / prior + time_s_ * time_s_ / noise);
-    rad_s_ = -variance_ * time_s_ / noise * drift_rad_;
-  }
-
-  [[nodiscard]] double rad_s() const { return rad_s_; }
-  [[nodiscard]] double variance() const { return variance_; }
-
- private:
-  GyroBiasOptions options_;
-  double walk_;
-  double drift_rad_ = 0.0, time_s_ = 0.0;
-  double rad_s_ = 0.0, variance_;
-};
-
 /// Step 4: the product of wheel and gyro model, or one of them when the other fails.
 class DeadReckoner {
  public:
-  DeadReckoner(const DeadReckoningOptions& options, double wheel_base_m)
-      : options_(options), bias_(options.gyro_bias, options.gyro.angle_random_walk_rad_per_sqrt_s) {
+  DeadReckoner(const DeadReckoningOptions& options, double wheel_base_m) : options_(options) {
     if (wheel_base_m > 0) options_.wheels.wheel_base_m = wheel_base_m;
   }
 
-  [[nodiscard]] Gaussian<SE2d> increment(const SyncedStep& step, FaultLog& faults) {
+  [[nodiscard]] BiasedMotion increment(const SyncedStep& step, FaultLog& faults) {
     const double dt = to_seconds(step.since);
     const Stuck which = stuck(step);
-    since_match_s_ += dt;
-    gyro_throughout_ = gyro_throughout_ && (step.gyro_known || !(dt > 0));
     if (dt > 0) {
       faults.set("wheels silent", !step.wheels_known, step.time);
       faults.set("gyro silent or not finite", !step.gyro_known, step.time);
       faults.set("left wheel stuck", which == Stuck::left, step.time);
       faults.set("right wheel stuck", which == Stuck::right, step.time);
     }
-    if (!step.wheels_known) return coasting(step, dt);
+    if (!step.wheels_known) return {coasting(step, dt), step.gyro_known ? dt : 0.0};
     double left = step.wheels.left_m, right = step.wheels.right_m;
     if (!step.gyro_known) {
       speed_m_s_ = dt > 0 ? 0.5 * (left + right) / dt : 0.0;
-      return options_.wheels(left, right);
+      return {options_.wheels(left, right)};
     }
     const double turn = turn_rate(step) * dt, base = options_.wheels.wheel_base_m;
     if (which == Stuck::left) left = right - turn * base;
@@ -105,21 +70,13 @@ class DeadReckoner {
     const double along = 0.5 * (left + right);
     speed_m_s_ = dt > 0 ? along / dt : 0.0;
     const Gaussian<SE2d> turned = by_gyro(along, step, dt);
-    if (which != Stuck::none) return turned;
-    const auto both = fuse(options_.wheels(left, right), turned);
-    return both ? *both : turned;
+    if (which != Stuck::none) return {turned, dt};
+    const Gaussian<SE2d> rolled = options_.wheels(left, right);
+    const auto both = fuse(rolled, turned);
+    if (!both) return {turned, dt};
+    const double wheels = rolled.covariance(2, 2), gyro = turned.covariance(2, 2);
+    return {*both, dt * wheels / (wheels + gyro)};
   }
-
-  /// Adds the outcome of a scan at its end.
-  void learn(const RbpfOutcome& outcome) {
-    if (!outcome.updated) return;
-    if (outcome.matched > 0 && gyro_throughout_)
-      bias_.learn(outcome.turn_correction.radians(), since_match_s_);
-    since_match_s_ = 0.0;
-    gyro_throughout_ = true;
-  }
-
-  [[nodiscard]] double gyro_bias_rad_s() const { return bias_.rad_s(); }
 
  private:
   enum class Stuck { none, left, right };
@@ -158,23 +115,14 @@ class DeadReckoner {
 
   /// 0 without gyro data.
   [[nodiscard]] double turn_rate(const SyncedStep& step) const {
-    return step.gyro_known ? step.gyro.turn_rate_rad_s - bias_.rad_s() : 0.0;
+    return step.gyro_known ? step.gyro.turn_rate_rad_s : 0.0;
   }
 
   [[nodiscard]] Gaussian<SE2d> by_gyro(double along_m, const SyncedStep& step, double dt) const {
-    Gaussian<SE2d> g = options_.gyro(along_m, turn_rate(step), dt);
-    const GyroBiasOptions& bias = options_.gyro_bias;
-    if (bias.prior_rad_s > 0)
-      g.covariance(2, 2) +=
-          std::max(bias_.variance(), bias.min_sigma_rad_s * bias.min_sigma_rad_s) *
-          bias.residual_time_s * dt;
-    return g;
+    return options_.gyro(along_m, turn_rate(step), dt);
   }
 
   DeadReckoningOptions options_;
-  GyroBias bias_;
-  double since_match_s_ = 0.0;
-  bool gyro_throughout_ = true;
   double left_m_ = 0.0, right_m_ = 0.0, turned_rad_ = 0.0;  // since both wheels last rolled
   double speed_m_s_ = 0.0;
 };

@@ -44,7 +44,7 @@ RadarSlam::Engine::Engine(const detail::MakeParticleMatcher& make, const RadarSl
   statistics_.pieces = 1;
 }
 
-Result<void> RadarSlam::Engine::move(const Gaussian<SE2d>& increment) {
+Result<void> RadarSlam::Engine::move(const BiasedMotion& increment) {
   if (auto ok = current().filter.move(increment); !ok) return ok;
   if (last_scan_) moved_ = compose(moved_, increment);
   return {};
@@ -86,10 +86,10 @@ Result<RbpfOutcome> RadarSlam::Engine::process(const Input& input) {
                                            input.scan ? &*input.scan : nullptr);
   if (current_ != 0) part.inputs.push_back(input);
   last_[input.sensor] = input.time;
-  before_ = Motion{moved_.mean, Eigen::Vector3d::Zero(), true};
+  before_ = Motion{moved_.raw.mean, Eigen::Vector3d::Zero(), true};
   if (last_scan_) before_s_ = to_seconds(input.time - *last_scan_);
   last_scan_ = input.time;
-  moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
+  moved_ = {};
   if (input.sensor == kLidar) {
     const bool is_first = begins_piece_;
     add_node(input);
@@ -109,7 +109,7 @@ bool RadarSlam::Engine::is_lost(LogTime time) {
   Motion expected;
   if (before_ && before_s_ > 0.0)
     expected.increment = SE2d::exp(before_->increment.log() * (step_s / before_s_));
-  const Motion motion{moved_.mean, Eigen::Vector3d::Zero(), true};
+  const Motion motion{moved_.raw.mean, Eigen::Vector3d::Zero(), true};
   const bool leaps = detail::LossDetector::leaps(motion, expected, step_s);
   statistics_.odometry_leaps += leaps ? 1 : 0;
   return leaps || unmatched_ >= kLostScans;
@@ -194,8 +194,8 @@ void RadarSlam::Engine::append(int part, int later, const SE2d& T_part_later) {
   for (std::size_t i = 0; i < from.inputs.size(); ++i) {
     Input& input = from.inputs[i];
     if (i == 0) {
-      input.motion = {latest.inverse() * first, covariance};
-      to.filter.relocate(input.motion);
+      input.motion = {{latest.inverse() * first, covariance}};
+      to.filter.relocate(input.motion.raw);
     } else {
       (void)to.filter.move(input.motion);
     }
@@ -235,6 +235,7 @@ void RadarSlam::Engine::count() {
     sum.matches_refused += s.matches_refused;
     sum.matches_gated += s.matches_gated;
     sum.resampled += s.resampled;
+    sum.loops_closed += s.loops_closed;
     sum.matcher_errors.add(s.matcher_errors);
     if (is_small(number)) pieces.scans_apart += s.scans;
   }
@@ -260,6 +261,7 @@ RbpfMaps RadarSlam::Engine::maps() const {
     add_cells(maps.lidar, part.filter.maps().lidar);
     add_cells(maps.radar, part.filter.maps().radar);
   }
+  maps.gyro_bias = filter().maps().gyro_bias;
   return maps;
 }
 

@@ -22,7 +22,7 @@ class RadarSlam::Engine {
  public:
   Engine(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options);
 
-  Result<void> move(const Gaussian<SE2d>& increment);
+  Result<void> move(const BiasedMotion& increment);
   Result<RbpfOutcome> add_lidar(const LaserScan& scan);
   Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points);
   /// Searches for joins from all parts.
@@ -41,7 +41,7 @@ class RadarSlam::Engine {
     Sensor sensor;
     PointSet points;
     std::optional<LaserScan> scan;  // of a LiDAR
-    Gaussian<SE2d> motion{SE2d(), Eigen::Matrix3d::Zero()};
+    BiasedMotion motion{};
   };
   struct Part {
     ScanFilter filter;
@@ -71,8 +71,8 @@ class RadarSlam::Engine {
   int current_ = 0;                             // part
   std::array<std::optional<LogTime>, 2> last_;  // time of the latest scan of each sensor
   std::optional<LogTime> last_scan_;
-  Gaussian<SE2d> moved_{SE2d(), Eigen::Matrix3d::Zero()};  // since that
-  std::optional<Motion> before_;                           // the same at the scan before
+  BiasedMotion moved_{};          // since that
+  std::optional<Motion> before_;  // the same at the scan before
   double before_s_ = 0.0;
   int unmatched_ = 0;  // updates by the LiDAR in a row
   bool begins_piece_ = true;

@@ -11,7 +11,9 @@ RadarSlam::RadarSlam(const RadarSlamOptions& options) : RadarSlam(CorrelativeMat
 RadarSlam::RadarSlam(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options)
     : engine_(detail::make_owned<Engine>(make, options)) {}
 
-Result<void> RadarSlam::move(const Gaussian<SE2d>& increment) { return engine_->move(increment); }
+Result<void> RadarSlam::move(const Gaussian<SE2d>& increment, double gyro_s) {
+  return engine_->move({increment, gyro_s});
+}
 Result<RbpfOutcome> RadarSlam::add_lidar(const LaserScan& scan) { return engine_->add_lidar(scan); }
 Result<RbpfOutcome> RadarSlam::add_radar(LogTime time, const PointSet& points_base) {
   return engine_->add_radar(time, points_base);
@@ -23,6 +25,7 @@ Trajectory RadarSlam::trajectory(std::size_t particle) const {
 }
 std::optional<StampedPose> RadarSlam::pose() const { return engine_->filter().pose(); }
 Trajectory RadarSlam::latest_trajectory() const { return engine_->filter().trajectory(); }
+Eigen::Matrix3d RadarSlam::covariance() const { return engine_->filter().covariance(); }
 const OccupancyGrid& RadarSlam::lidar_map() const { return engine_->filter().maps().lidar; }
 const OccupancyGrid& RadarSlam::radar_map() const { return engine_->filter().maps().radar; }
 RbpfMaps RadarSlam::all_maps() const { return engine_->maps(); }

@@ -13,8 +13,10 @@
 #include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
+#include "slam/radar_slam/gyro_bias.hpp"
+#include "slam/radar_slam/loop_smoother.hpp"
+#include "slam/radar_slam/mapped_scan.hpp"
 #include "slam/radar_slam/sensor_step.hpp"
-#include "slam/radar_slam/wall_points.hpp"
 
 namespace wayfare {
 
@@ -26,43 +28,41 @@ struct PlacedScan {
   bool matched = false;
 };
 
-enum Sensor { kLidar, kRadar };
-
 /// The filter on scans at once: one hypothesis of the map for each particle.
 class ScanFilter {
  public:
   /// Particles begin at `start`.
   ScanFilter(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options,
              const SE2d& start)
-      : options_(options), start_(start) {
-    if (options_.radar.density)
-      options_.radar.density->hit_probability = options.radar_hit_probability;
+      : options_(consistent(options)), start_(start), smoother_(options_) {
     const std::size_t threads = static_cast<std::size_t>(std::max(1, options.threads));
     for (std::size_t k = 0; k < std::min(threads, options.particles); ++k)
       workers_.push_back({{SensorStep(options_.lidar, options.proposal, make()),
                            SensorStep(options_.radar, options.proposal, make())},
-                          ScanRaster()});
+                          MapMaker(options_)});
   }
 
-  Result<void> move(const Gaussian<SE2d>& increment) {
-    const Gaussian<SE2d> moved = compose(moved_, increment);
+  Result<void> move(const BiasedMotion& increment) {
+    const BiasedMotion moved = compose(moved_, increment);
     const auto valid = [](const Gaussian<SE2d>& g) {
       return detail::finite(g.mean) && is_positive_semidefinite(g.covariance);
     };
-    if (!valid(increment) || !detail::finite(moved.mean) || !moved.covariance.allFinite())
+    if (!valid(increment.raw) || !detail::finite(moved.raw.mean) ||
+        !moved.raw.covariance.allFinite() || !(increment.gyro_s >= 0.0) ||
+        !std::isfinite(moved.gyro_s))
       return Error{ErrorCode::invalid,
                    "the motion is not finite or its covariance not positive semi-definite"};
     if (filter_) {
       moved_ = moved;
-      tracked_ = tracked_ * increment.mean;
+      tracked_ = tracked_ * increment.raw.mean;
     }
     return {};
   }
 
   /// From the last scan to the next one, in place of motion since.
   void relocate(const Gaussian<SE2d>& increment) {
-    moved_ = {scans_.back().since * increment.mean, increment.covariance};
-    tracked_ = moved_.mean;
+    moved_ = {{scans_.back().since * increment.mean, increment.covariance}};
+    tracked_ = moved_.raw.mean;
   }
 
   /// Points of a scan in the base frame; `scan` is that of a LiDAR.
@@ -76,7 +76,7 @@ class ScanFilter {
     Result<RbpfOutcome> outcome = RbpfOutcome{};
     std::optional<SE2d> seen;  // motion since the last update, by a match
     MatcherErrors errors;
-    bool now = due(time, sensor, moved_.mean);
+    bool now = due(time, sensor, moved_.raw.mean);
     if (enough && !now && sensor == kLidar && options_.match_skipped) {
       seen = motion_by_match(points, errors);
       now = seen && due(time, sensor, *seen);
@@ -89,7 +89,7 @@ class ScanFilter {
     placed.add(errors, "scan");
     statistics_.matcher_errors.add(placed);
     if (outcome) outcome->matcher_errors = std::move(placed);
-    scans_.push_back({time, increments_.size(), seen.value_or(moved_.mean), seen.has_value()});
+    scans_.push_back({time, increments_.size(), seen.value_or(moved_.raw.mean), seen.has_value()});
     return outcome;
   }
 
@@ -97,7 +97,7 @@ class ScanFilter {
     return filter_ ? trajectory(filter_->best()) : Trajectory();
   }
   [[nodiscard]] Trajectory trajectory(std::size_t particle) const {
-    const Trajectory path = filter_->trajectory(particle);
+    const Trajectory path = this->path(particle);
     Trajectory poses;
     for (const PlacedScan& s : scans_) poses.push_back({s.time, pose_of(path, s)});
     return poses;
@@ -106,6 +106,17 @@ class ScanFilter {
     if (scans_.empty()) return std::nullopt;
     const SE2d& updated = filter_->particles()[filter_->best()].pose;
     return StampedPose{scans_.back().time, MapPose(updated * scans_.back().since)};
+  }
+  /// Relative to the start: of the best particle's path, and of the particles about its end.
+  [[nodiscard]] Eigen::Matrix3d covariance() const {
+    if (!filter_) return Eigen::Matrix3d::Zero();
+    const SE2d& best = filter_->particles()[filter_->best()].pose;
+    Eigen::Matrix3d sum = smoother_.covariance(path(filter_->best()));
+    for (std::size_t i = 0; i < filter_->particles().size(); ++i) {
+      const Eigen::Vector3d off = filter_->particles()[i].pose.minus(best);
+      sum += std::exp(filter_->log_weights()[i]) * off * off.transpose();
+    }
+    return sum;
   }
   /// Of scans.
   [[nodiscard]] std::size_t size() const { return scans_.size(); }
@@ -118,7 +129,7 @@ class ScanFilter {
  private:
   struct Worker {
     std::array<SensorStep, 2> match;  // of LiDAR and radar
-    ScanRaster raster;
+    MapMaker map;
   };
   /// Of LiDAR or radar.
   struct SensorState {
@@ -126,6 +137,13 @@ class ScanFilter {
     SE2d at_map, at_update;  // pose of the last scan in the maps, and in the filter, relative to
                              // the last update
   };
+
+  /// The density of detections is that of the map.
+  [[nodiscard]] static RadarSlamOptions consistent(RadarSlamOptions options) {
+    if (options.radar.density)
+      options.radar.density->hit_probability = options.radar_hit_probability;
+    return options;
+  }
 
   /// Step 3: all particles at the start, with empty maps.
   void begin(LogTime time) {
@@ -138,8 +156,8 @@ class ScanFilter {
   }
   [[nodiscard]] bool map_due(Sensor sensor) const {
     const SensorState& s = sensors_[sensor];
-    return !s.has_scans ||
-           reaches(s.at_map.inverse() * moved_.mean, of(sensor).map_travel_m, of(sensor).map_turn);
+    return !s.has_scans || reaches(s.at_map.inverse() * moved_.raw.mean, of(sensor).map_travel_m,
+                                   of(sensor).map_turn);
   }
   [[nodiscard]] bool due(LogTime time, Sensor sensor, const SE2d& motion) const {
     const SensorState& s = sensors_[sensor];
@@ -154,7 +172,8 @@ class ScanFilter {
   /// would never seem to have moved.
   std::optional<SE2d> motion_by_match(const PointSet& points, MatcherErrors& errors) {
     const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
-    Gaussian<SE2d> expected{best.pose * moved_.mean, moved_.covariance};
+    const Gaussian<SE2d> moved = without_bias(moved_, best.map.gyro_bias);
+    Gaussian<SE2d> expected{best.pose * moved.mean, moved.covariance};
     expected.covariance += 1e-10 * Eigen::Matrix3d::Identity();
     const auto found = workers_.front().match[kLidar].track(best.map.lidar, points, expected,
                                                             best.pose * tracked_);
@@ -168,29 +187,34 @@ class ScanFilter {
   /// Steps 4 to 8.
   Result<RbpfOutcome> update(LogTime time, Sensor sensor, const PointSet& points,
                              const LaserScan* scan, MatcherErrors& errors) {
-    Gaussian<SE2d> motion = moved_;
-    motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
+    BiasedMotion motion = moved_;
+    motion.raw.covariance += 1e-10 * Eigen::Matrix3d::Identity();
+    const double interval_s = to_seconds(time - updated_);
     const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
     if (!first && sensor == kLidar) (void)motion_by_match(points, errors);
-    const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
+    const PointSet seen =
+        map_due_now && scan != nullptr ? workers_.front().map.walls_of(*scan) : points;
     std::vector<DrawnPose> drawn(options_.particles);
-    std::vector<double> turned(options_.particles, 0.0);
     std::vector<MatcherErrors> errors_of(options_.particles);
     std::vector<std::size_t> gated(options_.particles, 0);
     const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
       Worker& worker = workers_[w];
-      const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
+      GyroBias& bias = particle.map.gyro_bias;
+      predict(bias, options_.gyro_bias, interval_s);
+      const Gaussian<SE2d> moved = without_bias(motion, bias);
+      const Gaussian<SE2d> expected{particle.pose * moved.mean, moved.covariance};
       const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
       const DrawnPose s = first ? DrawnPose{sample(expected, rng)}
                                 : worker.match[sensor].draw_pose(grid, points, expected,
                                                                  particle.pose * tracked_, rng);
+      wayfare::update(bias, motion,
+                      (particle.pose.rotation().inverse() * s.pose.rotation()).angle());
       particle.pose = s.pose;
-      if (map_due_now) map(particle, sensor, seen, worker.raster);
+      if (map_due_now) worker.map.insert(particle.map, particle.pose, sensor, seen);
       const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
       drawn[index] = s;
       errors_of[index] = worker.match[sensor].take_errors();
       gated[index] = worker.match[sensor].take_gated();
-      turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
       return s.log_factor;
     };
     const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
@@ -200,18 +224,11 @@ class ScanFilter {
     RbpfOutcome outcome;
     outcome.updated = true;
     if (weighed) outcome.particles_refused = weighed->refused;
-    double weight = 0.0, turn = 0.0;
-    for (std::size_t i = 0; i < drawn.size(); ++i) {
-      if (!drawn[i].matched) continue;
-      ++outcome.matched;
-      outcome.mean_score += drawn[i].score;
-      const double w = std::exp(filter_->log_weights()[i]);
-      if (!(w > 0)) continue;
-      weight += w;
-      turn += w * turned[i];
+    for (const DrawnPose& s : drawn) {
+      outcome.matched += s.matched ? 1 : 0;
+      outcome.mean_score += s.score;
     }
     if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
-    if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
     outcome.effective_particles = filter_->effective_particles();
     outcome.resampled = filter_->resample_below(options_.resample_below);
     ++statistics_.updates;
@@ -220,41 +237,44 @@ class ScanFilter {
     for (const std::size_t g : gated) statistics_.matches_gated += g;
     statistics_.resampled += outcome.resampled ? 1 : 0;
     // Start of the next motion.
-    increments_.push_back(moved_.mean);
+    increments_.push_back(moved_.raw.mean);
     for (SensorState& s : sensors_) {
-      s.at_update = moved_.mean.inverse() * s.at_update;
-      s.at_map = moved_.mean.inverse() * s.at_map;
+      s.at_update = moved_.raw.mean.inverse() * s.at_update;
+      s.at_map = moved_.raw.mean.inverse() * s.at_map;
     }
     if (map_due_now) sensors_[sensor].at_map = SE2d();
     sensors_[sensor].at_update = SE2d();
     sensors_[sensor].has_scans = true;
-    moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
+    moved_ = {};
     tracked_ = SE2d();
     updated_ = time;
     if (!weighed) return weighed.error();
+    if (map_due_now)
+      close_loop({increments_.size() - 1, sensor, points,
+                  scan != nullptr ? std::optional(*scan) : std::nullopt});
     return outcome;
   }
 
-  void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-           ScanRaster& raster) const {
-    if (sensor == kLidar) {
-      // A scan too large for the raster is left out of the map.
-      (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
-                                            options_.lidar_model, raster,
-                                            options_.T_base_laser.raw().translation());
-      return;
-    }
-    OccupancyGrid& grid = particle.map.radar;
-    const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      grid.update(
-          cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
-          hit);
+  /// The filter goes on from the smoothed path, where a loop closed, with its map.
+  void close_loop(MappedScan scan) {
+    const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
+    smoother_.add(std::move(scan), best.pose);
+    const auto smoothed = smoother_.smooth(path(filter_->best()));
+    if (!smoothed) return;
+    RbpfMaps blank = blank_;
+    blank.gyro_bias = best.map.gyro_bias;
+    const RbpfMaps maps = smoother_.maps(*smoothed, blank);
+    earlier_.assign(smoothed->begin(), smoothed->end() - 1);
+    filter_.emplace(options_.particles, smoothed->back(), maps,
+                    options_.seed + ++statistics_.loops_closed);
   }
 
-  [[nodiscard]] PointSet walls_of(const LaserScan& scan) const {
-    return with_walls(end_points(scan, options_.T_base_laser.raw()),
-                      {.spacing_m = options_.lidar.grid.resolution_m});
+  /// One pose per update, after the start.
+  [[nodiscard]] Trajectory path(std::size_t particle) const {
+    Trajectory path = earlier_;
+    const Trajectory since = filter_->trajectory(particle);
+    path.insert(path.end(), since.begin(), since.end());
+    return path;
   }
 
   /// Along the predicted motion, corrected linearly in time to end at the next update.
@@ -271,12 +291,16 @@ class ScanFilter {
   RadarSlamOptions options_;
   SE2d start_;
   std::vector<Worker> workers_;
-  RbpfMaps blank_{OccupancyGrid(options_.lidar.grid), OccupancyGrid(options_.radar.grid)};
+  RbpfMaps blank_{OccupancyGrid(options_.lidar.grid),
+                  OccupancyGrid(options_.radar.grid),
+                  {0.0, options_.gyro_bias.sigma_rad_s* options_.gyro_bias.sigma_rad_s}};
   std::optional<Rbpf<RbpfMaps>> filter_;
-  Gaussian<SE2d> moved_{SE2d(), Eigen::Matrix3d::Zero()};  // since the last update
-  SE2d tracked_;  // the same by the best particle's matches, then motion
+  LoopSmoother smoother_;
+  BiasedMotion moved_;  // since the last update
+  SE2d tracked_;        // the same by the best particle's matches, then motion
   std::array<SensorState, 2> sensors_;
   LogTime updated_;
+  Trajectory earlier_;            // path up to the last loop closed
   std::vector<SE2d> increments_;  // from each update to the next
   std::vector<PlacedScan> scans_;
   RbpfStatistics statistics_;

@@ -118,7 +118,7 @@ class RadarSlamStream::Impl {
     run.statistics = slam_.statistics();
     if (run.statistics.pieces > 1) run.crossings = slam_.wall_crossings();
     run.faults = faults_.faults(Duration(500'000'000));
-    run.gyro_bias_rad_s = reckoner_.gyro_bias_rad_s();
+    run.gyro_bias_rad_s = maps.gyro_bias.mean_rad_s;
     const std::size_t late = late_ + synchroniser_.statistics().refused_late;
     run.refused_scans = refusals_.count + late;
     run.first_refusal =
@@ -128,6 +128,7 @@ class RadarSlamStream::Impl {
     if (options_.slam.keep_paths)
       for (std::size_t i = 0; i < run.particles.size(); ++i)
         run.paths.push_back(slam_.trajectory(i));
+    run.covariance = slam_.covariance();
     run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
     return run;
   }
@@ -161,9 +162,10 @@ class RadarSlamStream::Impl {
   std::optional<LogTime> step_by_wheels() {
     const std::optional<SyncedStep> step = synchroniser_.next();
     if (!step) return std::nullopt;
-    (void)slam_.move(reckoner_.increment(*step, faults_));
-    if (step->laser) reckoner_.learn(lidar_scan(*step->laser));
-    if (step->radar) reckoner_.learn(radar_scan(step->radar->time, step->radar->points));
+    const BiasedMotion motion = reckoner_.increment(*step, faults_);
+    (void)slam_.move(motion.raw, motion.gyro_s);
+    if (step->laser) (void)lidar_scan(*step->laser);
+    if (step->radar) (void)radar_scan(step->radar->time, step->radar->points);
     return done(step->time);
   }
 
@@ -200,7 +202,7 @@ class RadarSlamStream::Impl {
 
   LogTime process_radar(std::span<const RadarScan> frames) {
     const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
-                                      OdometryTrack(odometry_.span()));
+                                      OdometryTrack(odometry_.span()), options_.sync.moving_m_s);
     radar_.pop(frames.size());
     move_to(scan.time, "motion to radar");
     (void)radar_scan(scan.time, scan.points);
