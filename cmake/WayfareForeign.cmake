@@ -23,6 +23,7 @@ wayfare_foreign(nlohmann_json DEBIAN nlohmann-json3-dev)
 wayfare_foreign(GTest DEBIAN libgtest-dev REQUIRES gtest)
 wayfare_foreign(CHOLMOD DEBIAN libsuitesparse-dev LIBS -lcholmod CFLAGS -I@CHOLMOD_INCLUDE_DIR@)
 wayfare_foreign(ROSCPP DEBIAN libroscpp-dev REQUIRES roscpp)
+wayfare_foreign(CycloneDDS DEBIAN cyclonedds-dev REQUIRES "CycloneDDS >= 0.10")
 
 # wayfare_debian_of(OUT PACKAGE...): the Debian packages, between spaces, without versions.
 function(wayfare_debian_of out)

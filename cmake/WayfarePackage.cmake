@@ -1,7 +1,7 @@
 # Debian packages by CPack: `cpack --config build/CPackConfig.cmake` writes libwayfare-dev (component
 # dev: headers, static libraries, CMake and pkg-config files, documents), wayfare-tools (component
-# tools: the programs, as wayfare-NAME, with man pages and completions) and, where roscpp is,
-# wayfare-ros-nodes. `cmake --install` without a component installs dev alone.
+# tools: the programs, as wayfare-NAME, with man pages and completions) and, where Cyclone DDS or roscpp
+# is, wayfare-ros-nodes. `cmake --install` without a component installs dev alone.
 set(_tools "")
 set(_nodes "")
 if(WAYFARE_BUILD_EXAMPLES)
@@ -47,7 +47,7 @@ if(_nodes)
 endif()
 
 # What find_package(wayfare) without components needs is a dependency, the rest a suggestion.
-set(_optional GTest nlohmann_json CHOLMOD ROSCPP)
+set(_optional GTest nlohmann_json CHOLMOD ROSCPP CycloneDDS)
 set(_depends "")
 set(_suggests "")
 foreach(_package IN LISTS _wayfare_foreign _optional)
@@ -89,6 +89,7 @@ set(CPACK_COMPONENT_TOOLS_DESCRIPTION
 pedestrian dead reckoning; simulators, decoders, a logger of devices and its
 monitor. Every program is called wayfare-NAME and has a man page.")
 set(CPACK_COMPONENT_ROS_NODES_DESCRIPTION
-"ROS 1 nodes: SLAM and pedestrian dead reckoning on live messages, drivers of an
-AWR1843 and an RPLIDAR, a player of recordings.")
+"ROS nodes: SLAM and pedestrian dead reckoning on live messages, drivers of an
+AWR1843 and an RPLIDAR, a recorder and a player of recordings; for the systems,
+ROS 1 and ROS 2, whose libraries were there when they were built.")
 include(CPack)

@@ -37,6 +37,16 @@ void use(const ros::Odometry& m) {
   const auto pose = ros::odometry_of(m, LogTime());
   if (pose && !pose->T_odom_base.raw().log().allFinite()) std::abort();
 }
+void use(const ros::PoseWithCovarianceStamped& m) {
+  const auto pose = ros::gaussian_of(m.pose);
+  if (pose && !(pose->mean.log().allFinite() && pose->covariance.allFinite())) std::abort();
+}
+void use(const ros::OccupancyGrid& m) {
+  const auto image = ros::grid_image_of(m);
+  if (image && (image->occupancy.size() != image->width * image->height ||
+                !(image->resolution_m > 0.0) || !image->origin.log().allFinite()))
+    std::abort();
+}
 template <class M>
 void use(const M&) {}
 

@@ -109,6 +109,23 @@ TYPED_TEST(StartTest, TheTreePrefersTrustedEdges) {
   EXPECT_LT(this->furthest(graph, truth), 1e-9);
 }
 
+// Two paths to a pose: one edge with σ = 1 m, two with 0.1 m each.
+TYPED_TEST(StartTest, TheTreePrefersTheLessUncertainPathToTheShorterOne) {
+  using G = TypeParam;
+  const auto ahead = [](double x) { return G(G::Vector::Unit(0) * x, G().rotation()); };
+  PoseGraph<G> graph;
+  graph.poses.resize(3);
+  const SquareOf<G> vague = SquareOf<G>::Identity();
+  graph.edges = {{0, 2, ahead(9.0), vague, false},
+                 {0, 1, ahead(1.0), 100.0 * vague, false},
+                 {1, 2, ahead(1.0), 100.0 * vague, false}};
+  ASSERT_TRUE(start_from_tree(graph));
+  EXPECT_EQ(graph.poses[2].translation()[0], 2.0);
+  graph.edges[0].information *= 1000.0;
+  ASSERT_TRUE(start_from_tree(graph));
+  EXPECT_EQ(graph.poses[2].translation()[0], 9.0);
+}
+
 // A ring of n equal steps that rotate by α each, where nα is not a full turn. With w_k = z_k
 // e^(−ikα) for headings z_k the relaxation minimises Σ|w_(k+1) − w_k|² between w_0 = 1 and w_n =
 // e^(−inα): a straight line. Equal weights distribute the translation's gap evenly as well.

@@ -37,8 +37,8 @@ endfunction()
 
 file(GLOB documents "${ROOT}/*.md" "${ROOT}/docs/*.md" "${ROOT}/docs/*/*.md"
      "${ROOT}/benchmarks/reports/*.md")
-if(NOT slam_node IN_LIST names)  # the nodes are built where roscpp is installed
-  list(REMOVE_ITEM documents "${ROOT}/docs/how-to/ros.md")
+if(NOT slam_node IN_LIST names)  # the nodes are built where ROS's transports are
+  list(REMOVE_ITEM documents "${ROOT}/docs/how-to/ros.md" "${ROOT}/docs/how-to/ros2.md")
 endif()
 foreach(document IN LISTS documents)
   file(READ "${document}" text)

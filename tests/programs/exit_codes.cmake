@@ -21,7 +21,7 @@ foreach(_program IN ITEMS ahrs compare_methods corridor_ins graph_slam hector_sl
                           pedestrian pose_graph radar_slam radar_velocity submap_slam)
   bad_file(${_program} FILE --out "${_x}_${_program}")
 endforeach()
-foreach(_program IN ITEMS allan attitude_table calibrate_magnetometer false_loops)
+foreach(_program IN ITEMS allan attitude_table calibrate_magnetometer false_loops pose_graph_starts)
   bad_file(${_program} FILE)
 endforeach()
 bad_file(compare_tracks FILE FILE)
@@ -51,7 +51,7 @@ program_test(tune_without_its_folder 1 "nowhere: does not exist"
 program_test(radar_statistics_without_captures 1 "nowhere"
   COMMAND "$<TARGET_FILE:radar_statistics>;--captures;${_nowhere}")
 # They fail before they look for a master.
-foreach(_case IN ITEMS "play_recording" "slam_node;--config" "hector_node;--config" "pedestrian_slam_node;--config" "pedestrian_node;--calibration" "radar_driver_node;--port;x;--config")
+foreach(_case IN ITEMS "play_recording" "slam_node;--config" "localise_node;--map" "hector_node;--config" "pedestrian_slam_node;--config" "pedestrian_node;--calibration" "radar_driver_node;--port;x;--config")
   list(POP_FRONT _case _program)
   if(TARGET ${_program})
     program_test(${_program}_without_its_file 1 "nowhere: does not exist"
@@ -62,7 +62,8 @@ endforeach()
 # No program is forgotten.
 set(_without_files corridor_study demo endless_runs feet_study hallway_comparison ins_consistency lidar_driver_node
     hector_node localisation_table pedestrian_node pedestrian_slam_node pedestrian_slam_study play_recording
-    radar_driver_node radar_slam_study radar_statistics slam_node sweep_study xsens_driver_node)
+    localise_node radar_driver_node radar_slam_study radar_statistics record_topics ros2_latency slam_node sweep_study
+    xsens_driver_node)
 get_property(_all GLOBAL PROPERTY WAYFARE_PROGRAMS)
 get_property(_with_files GLOBAL PROPERTY WAYFARE_PROGRAMS_WITH_FILES)
 foreach(_program IN LISTS _all)

@@ -54,6 +54,28 @@ TEST(Messages, CdrAlignsEveryNumberToItsSize) {
             std::string("maps\0\0\0\0\0\0\0\0", 12) + bytes({0, 0, 0, 0, 0, 0, 0xf0, 0x3f}));
 }
 
+TEST(Messages, ParticlesAreAlignedAfterTheirNumber) {
+  ParticleCloud cloud;
+  cloud.header = {0, {1, 2}, "map"};
+  cloud.particles.resize(2);
+  cloud.particles[1].pose.position.y = 1.0;
+  cloud.particles[1].weight = -2.0;
+  const std::string zeros(8, '\0'), one = bytes({0, 0, 0, 0, 0, 0, 0xf0, 0x3f});
+  const std::string minus_two = bytes({0, 0, 0, 0, 0, 0, 0, 0xc0});
+  std::string poses;
+  for (int i = 0; i < 9; ++i) poses += zeros;
+  poses += one;
+  for (int i = 0; i < 5; ++i) poses += zeros;
+  poses += minus_two;
+  // Stamp and text are 16 bytes; the number of particles is four, followed by four of padding.
+  EXPECT_EQ(to_cdr(cloud), bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0}) +
+                               std::string("map\0", 4) + bytes({2, 0, 0, 0, 0, 0, 0, 0}) + poses);
+  EXPECT_EQ(to_cdr(Clock{{1, 2}}), bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}));
+  EXPECT_EQ(definition<Clock>(Dialect::ros1), "time clock\n");
+  EXPECT_THAT(definition<ParticleCloud>(Dialect::ros2),
+              HasSubstr("nav2_msgs/Particle[] particles\n"));
+}
+
 TEST(Messages, CdrOfTheSecondVersionAlignsToFourBytes) {
   std::string cdr2 = bytes({0, 7, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 5, 0, 0, 0}) +
                      std::string("maps\0\0\0\0", 8) + bytes({0, 0, 0, 0, 0, 0, 0xf0, 0x3f}) +

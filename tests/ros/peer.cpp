@@ -1,10 +1,12 @@
 #include "peer.hpp"
 
+#include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 #include <ros/serialization.h>
+#include <rosgraph_msgs/Clock.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <sensor_msgs/LaserScan.h>
@@ -40,7 +42,8 @@ bool any_message(Visit visit) {
          visit(nav_msgs::Odometry()) || visit(nav_msgs::Path()) ||
          visit(nav_msgs::OccupancyGrid()) || visit(geometry_msgs::PoseStamped()) ||
          visit(geometry_msgs::PoseWithCovarianceStamped()) || visit(tf2_msgs::TFMessage()) ||
-         visit(sensor_msgs::JointState()) || visit(std_msgs::String());
+         visit(sensor_msgs::JointState()) || visit(std_msgs::String()) ||
+         visit(rosgraph_msgs::Clock()) || visit(geometry_msgs::PoseArray());
 }
 
 template <class M>

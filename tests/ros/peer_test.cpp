@@ -35,7 +35,8 @@ TEST(RosPeer, ReadsAndWritesTheSameBytes) {
   testing::for_each_message([](const auto& message) {
     using M = std::decay_t<decltype(message)>;
     const peer::Kind kind = peer::kind_of(std::string(M::kType.name));
-    if (std::is_same_v<M, ros::RadarScan>) return;  // ours
+    if (std::is_same_v<M, ros::RadarScan>) return;      // ours
+    if (std::is_same_v<M, ros::ParticleCloud>) return;  // of ROS 2 alone
     EXPECT_EQ(kind.name, M::kType.name);
     EXPECT_EQ(kind.md5, M::kType.md5);
     const std::string bytes = ros::to_ros1(message);

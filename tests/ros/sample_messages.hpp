@@ -48,10 +48,11 @@ M filled() {
   return message;
 }
 
-using AllMessages = std::tuple<ros::Header, ros::LaserScan, ros::PointCloud2, ros::Imu,
-                               ros::MagneticField, ros::NavSatFix, ros::Odometry, ros::TfMessage,
-                               ros::PoseStamped, ros::PoseWithCovarianceStamped, ros::Path,
-                               ros::OccupancyGrid, ros::RadarScan, ros::JointState, ros::String>;
+using AllMessages =
+    std::tuple<ros::Header, ros::LaserScan, ros::PointCloud2, ros::Imu, ros::MagneticField,
+               ros::NavSatFix, ros::Odometry, ros::TfMessage, ros::PoseStamped,
+               ros::PoseWithCovarianceStamped, ros::Path, ros::OccupancyGrid, ros::RadarScan,
+               ros::JointState, ros::String, ros::Clock, ros::PoseArray, ros::ParticleCloud>;
 
 template <class Visit, std::size_t... I>
 void for_each_message(Visit visit, std::index_sequence<I...>) {

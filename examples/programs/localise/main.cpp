@@ -29,21 +29,6 @@ struct Options : SlamArguments {
   LocalisationMapOptions map_options;
 };
 
-/// The cells of an image in the frame of another image's lower left corner.
-OccupancyGrid grid_of(const io::GridImage& image, const SE2d& T_grid_image) {
-  OccupancyGrid grid({.resolution_m = image.resolution_m});
-  for (std::size_t row = 0; row < image.height; ++row)
-    for (std::size_t column = 0; column < image.width; ++column) {
-      const auto p = static_cast<double>(image.occupancy[row * image.width + column]);
-      if (std::isnan(p)) continue;
-      const Eigen::Vector2d centre(static_cast<double>(column) + 0.5,
-                                   static_cast<double>(row) + 0.5);
-      grid.update(cell_of(T_grid_image * (image.resolution_m * centre), image.resolution_m),
-                  LogOdds::from_probability(std::clamp(p, 0.001, 0.999)));
-    }
-  return grid;
-}
-
 struct Maps {
   io::GridImage image;
   std::shared_ptr<const LocalisationMap> map;
@@ -58,11 +43,11 @@ Result<Maps> read_maps(const Options& o) {
   if (!o.radar_map.empty() && o.sensors != "lidar") {
     const auto radar_image = io::read_map(o.radar_map);
     if (!radar_image) return radar_image.error();
-    radar = grid_of(*radar_image, image->origin.inverse() * radar_image->origin);
+    radar = io::occupancy_grid(*radar_image, image->origin.inverse() * radar_image->origin);
     if (!radar->bounds()) return Error{ErrorCode::invalid, "the map is empty", o.radar_map};
   }
   const auto map =
-      LocalisationMap::make(grid_of(*image, SE2d()), o.map_options, radar ? &*radar : nullptr);
+      LocalisationMap::make(io::occupancy_grid(*image), o.map_options, radar ? &*radar : nullptr);
   if (!map) return Error{map.error().code, map.error().message, o.map};
   return Maps{*std::move(image), *map};
 }

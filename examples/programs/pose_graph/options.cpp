@@ -72,7 +72,7 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
   app.add_choice(
       "--init", start, kStarts,
       "initial poses: of the file, the chain of edges between neighbours, a spanning "
-      "tree of least depth, or chordal relaxation, along the edges between poses; landmarks "
+      "tree of least uncertainty, or chordal relaxation, along the edges between poses; landmarks "
       "then where they are first seen (default file; of poses alone with --robust gnc a "
       "tree over odometry)");
   app.add_flag("--grow", a.grow,
@@ -99,6 +99,8 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
   app.add_choice("--method", a.options.method, kMethods,
                  "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
                  "Levenberg-Marquardt");
+  app.add_number("--max-rises", a.options.max_rises, 0, 1'000'000,
+                 "largest number of steps of gn in a row that leave the cost above the lowest");
   app.add_choice("--solver", a.solver, kSolvers,
                  "sparse Cholesky (default block: that of wayfare)");
   app.add_number("--threads", a.options.threads, 1, 256,

@@ -1,4 +1,4 @@
-// Hector SLAM as a ROS 1 node.
+// Hector SLAM as a ROS node.
 
 #include "hector_slam/option_fields.hpp"
 #include "slam_node_program.hpp"
@@ -9,7 +9,7 @@ int main(int argc, char** argv) {
   bool odometry = false;
   a.node.system = ros::LaserSystem::hector;
   examples::CommandLine app(
-      "Hector SLAM as a ROS 1 node: each scan is matched to one map at several resolutions, "
+      "Hector SLAM as a ROS node: each scan is matched to one map at several resolutions, "
       "without "
       "loop closures. Subscribes to sensor_msgs/LaserScan on 'scan', with --imu sensor_msgs/Imu on "
       "'imu', with --odometry nav_msgs/Odometry on 'odom', and transforms; publishes as "

@@ -1,4 +1,4 @@
-// An RPLIDAR as a ROS 1 node.
+// An RPLIDAR as a ROS node.
 
 #include <cstdint>
 #include <map>

@@ -3,11 +3,20 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <utility>
 
 #include <wayfare/ros/convert.hpp>
+#ifdef WAYFARE_ROS1
+#include <wayfare/ros/ros1_node.hpp>
+#endif
+#ifdef WAYFARE_ROS2
+#include <wayfare/ros/ros2_node.hpp>
+#endif
 
 namespace wayfare::examples {
 namespace {
@@ -28,27 +37,98 @@ void append(std::vector<std::string>& arguments,
     const bool there = std::any_of(given.begin(), given.end(), [&](const std::string& a) {
       return a == option || a.starts_with(option + "=");
     });
-    if (!there) arguments.push_back(option + "=" + value);
+    if (there) continue;
+    if (!value.starts_with('[')) {
+      arguments.push_back(option + "=" + value);
+      continue;
+    }
+    // Of several numbers: "[0.1, 0, 0]".
+    for (char& c : value)
+      if (c == '[' || c == ']' || c == ',') c = ' ';
+    arguments.push_back(option);
+    std::istringstream words(value);
+    for (std::string word; words >> word;) arguments.push_back(word);
   }
 }
 
-bool is_for_ros(const std::string& argument) { return argument.find(":=") != argument.npos; }
+bool is_for_ros1(const std::string& argument) { return argument.find(":=") != argument.npos; }
+
+/// The program's own arguments.
+std::vector<std::string> without_ros(const std::vector<std::string>& arguments) {
+  std::vector<std::string> ours;
+  bool ros2 = false;
+  for (const std::string& a : arguments) {
+    if (a == "--ros-args" || (ros2 && a == "--")) {
+      ros2 = a == "--ros-args";
+    } else if (!ros2 && !is_for_ros1(a)) {
+      ours.push_back(a);
+    }
+  }
+  return ours;
+}
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+/// ROS's own setup scripts set ROS_VERSION; Debian's ROS 1 has none.
+[[maybe_unused]] bool wants_ros1(const std::vector<std::string>& arguments) {
+  if (std::find(arguments.begin(), arguments.end(), "--ros-args") != arguments.end()) return false;
+  const std::string version = environment("ROS_VERSION");
+  return version.empty() ? !environment("ROS_MASTER_URI").empty() : version == "1";
+}
+
+#ifdef WAYFARE_ROS2
+Result<std::unique_ptr<ros::RawNode>> ros2_transport(std::vector<std::string>& arguments,
+                                                     const std::string& name) {
+  auto node = ros::ros2_node(arguments, name);
+  const auto odd = std::find_if(arguments.begin(), arguments.end(), is_for_ros1);
+  if (node && odd != arguments.end())
+    return Error{ErrorCode::invalid,
+                 "in ROS 2 belongs after --ros-args, as -r for names or -p for parameters; for "
+                 "ROS 1 set ROS_VERSION=1",
+                 *odd};
+  return node;
+}
+#endif
+
+Result<std::unique_ptr<ros::RawNode>> transport(std::vector<std::string>& arguments,
+                                                const std::string& name) {
+#if defined(WAYFARE_ROS1) && defined(WAYFARE_ROS2)
+  if (wants_ros1(arguments)) return ros::ros1_node(arguments, name);
+  return ros2_transport(arguments, name);
+#elif defined(WAYFARE_ROS2)
+  return ros2_transport(arguments, name);
+#else
+  if (!wants_ros1(arguments) && without_ros(arguments).size() != arguments.size() &&
+      std::find(arguments.begin(), arguments.end(), "--ros-args") != arguments.end())
+    return Error{ErrorCode::unsupported, "was built without ROS 2 (cyclonedds-dev)", name};
+  return ros::ros1_node(arguments, name);
+#endif
+}
 
 }  // namespace
 
 StartedNode start_node(int argc, char** argv, const std::string& name, CommandLine& options) {
   options.footer(
-      "Options may be given as private parameters of the node as well, with underscores "
-      "(_map_period_s:=2 for --map-period-s 2); topics can be remapped (scan:=front/scan). The "
-      "master is at ROS_MASTER_URI.");
+      "Options may be given as the node's parameters as well, with underscores (map_period_s for "
+      "--map-period-s). ROS 2: --ros-args -r scan:=/front/scan -p map_period_s:=2.0 "
+      "--params-file FILE, domain "
+      "ROS_DOMAIN_ID, this computer only unless ROS_LOCALHOST_ONLY=0. ROS 1, chosen by "
+      "ROS_VERSION=1 or, without ROS_VERSION, by ROS_MASTER_URI: scan:=front/scan "
+      "_map_period_s:=2.");
   std::vector<std::string> arguments(argv, argv + argc);
-  auto ours = arguments;
-  std::erase_if(ours, is_for_ros);
-  // Without a master: for --help and wrong arguments.
-  if (const auto code = parse(options, ours)) return {nullptr, *code};
-  auto node = std::make_unique<ros::Node>(arguments, name);
-  if (!node->connect()) return {nullptr, 1};
-  append(arguments, node->parameters());
+  // Before a node is made: for --help and wrong arguments.
+  if (const auto code = parse(options, without_ros(arguments))) return {nullptr, *code};
+  auto made = transport(arguments, name);
+  if (!made) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), made.error().to_string().c_str());
+    return {nullptr, 2};
+  }
+  auto node = std::make_unique<ros::Node>(*std::move(made));
+  if (!node->raw().connect()) return {nullptr, 1};
+  append(arguments, node->raw().parameters());
   if (const auto code = parse(options, arguments)) return {nullptr, *code};
   return {std::move(node), 0};
 }
@@ -67,6 +147,14 @@ void check_clock(const ros::Node& node, const ros::Header& header) {
 
 void say_all(const ros::Node& node, const std::vector<ros::Notice>& notices) {
   for (const ros::Notice& notice : notices) node.say(notice.severity, notice.text);
+}
+
+void say_counts(const ros::Node& node) {
+  for (const ros::TopicCounts& c : node.counts())
+    if (c.refused + c.lost > 0)
+      node.say(ros::Severity::warning, c.topic + ": " + std::to_string(c.received) +
+                                           " messages received, " + std::to_string(c.refused) +
+                                           " refused, " + std::to_string(c.lost) + " lost");
 }
 
 void add_device_options(CommandLine& app, DeviceArguments& a) {

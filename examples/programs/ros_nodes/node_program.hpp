@@ -16,7 +16,8 @@
 namespace wayfare::examples {
 
 /// A connected node, or the exit code if the program is to end. Options are taken from the command
-/// line, else from the node's private parameters (`map_period_s` for --map-period-s).
+/// line, else from the node's parameters (`map_period_s` for --map-period-s). Of ROS 2, unless
+/// ROS_VERSION or ROS_MASTER_URI say ROS 1, or only one of the two was built.
 struct StartedNode {
   std::unique_ptr<ros::Node> node;
   int exit_code = 0;
@@ -30,6 +31,9 @@ struct StartedNode {
 /// Logs a stamp that is far from the node's time: a replay without its clock, or clocks that
 /// differ.
 void check_clock(const ros::Node& node, const ros::Header& header);
+
+/// Warns of messages that were refused or lost.
+void say_counts(const ros::Node& node);
 
 void say_all(const ros::Node& node, const std::vector<ros::Notice>& notices);
 

@@ -1,4 +1,4 @@
-// Pedestrian dead reckoning as a ROS 1 node.
+// Pedestrian dead reckoning as a ROS node.
 
 #include <map>
 #include <string>
@@ -37,7 +37,7 @@ void add_options(examples::CommandLine& app, Arguments& a) {
 }
 
 void run(ros::Node& node, const Arguments& a) {
-  constexpr std::uint32_t kQueue = 2000;
+  const ros::Qos queue = ros::Qos::queue(2000);
   ros::PedestrianNode pedestrian(a.node);
   auto odometry = node.publisher<ros::Odometry>("odom");
   auto transforms = node.publisher<ros::TfMessage>("/tf");
@@ -52,17 +52,18 @@ void run(ros::Node& node, const Arguments& a) {
     }
     examples::say_all(node, out.notices);
   };
-  node.subscribe<ros::Imu>("imu", kQueue, [&](const ros::Imu& m) {
+  node.subscribe<ros::Imu>("imu", queue, [&](const ros::Imu& m) {
     if (!std::exchange(clock_checked, true)) examples::check_clock(node, m.header);
     publish(pedestrian.add(m, steady_s()));
   });
   if (!a.no_magnetometer)
     node.subscribe<ros::MagneticField>(
-        "magnetic_field", kQueue, [&](const auto& m) { publish(pedestrian.add(m, steady_s())); });
+        "magnetic_field", queue, [&](const auto& m) { publish(pedestrian.add(m, steady_s())); });
   while (node.ok()) {
     node.spin(0.1);
     publish(pedestrian.idle(steady_s()));
   }
+  examples::say_counts(node);
 }
 
 }  // namespace
@@ -70,7 +71,7 @@ void run(ros::Node& node, const Arguments& a) {
 int main(int argc, char** argv) {
   Arguments a;
   examples::CommandLine app(
-      "Pedestrian dead reckoning as a ROS 1 node. Subscribes to sensor_msgs/Imu on 'imu' and, "
+      "Pedestrian dead reckoning as a ROS node. Subscribes to sensor_msgs/Imu on 'imu' and, "
       "optionally, sensor_msgs/MagneticField on 'magnetic_field'; publishes nav_msgs/Odometry on "
       "'odom' at each step, and its transform.");
   add_options(app, a);

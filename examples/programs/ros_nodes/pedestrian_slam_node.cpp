@@ -1,4 +1,4 @@
-// Submap SLAM of a walker as a ROS 1 node.
+// Submap SLAM of a walker as a ROS node.
 
 #include "pedestrian_slam/walker_options.hpp"
 #include "slam_node_program.hpp"
@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   a.node.odometry = false;
   a.node.imu = true;
   examples::CommandLine app(
-      "Submap SLAM of a walker with range finder and inertial unit as a ROS 1 node: steps are the "
+      "Submap SLAM of a walker with range finder and inertial unit as a ROS node: steps are the "
       "odometry, corrected by the map, and scans are levelled. Subscribes to sensor_msgs/LaserScan "
       "on 'scan', sensor_msgs/Imu on 'imu', with --no-heading or --no-feedback "
       "sensor_msgs/MagneticField on 'magnetic_field', and transforms; publishes as slam_node.");

@@ -1,21 +1,21 @@
 // Plays a recording of ROS messages onto live topics, in real time or faster.
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include <wayfare/ros/recording.hpp>
 
+#include "known_messages.hpp"
 #include "node_program.hpp"
 
 namespace {
 
 using namespace wayfare;
+using examples::MessageKind;
 using examples::steady_s;
 
 struct Arguments {
@@ -24,43 +24,19 @@ struct Arguments {
   std::vector<std::string> leave_out, wait_for;
 };
 
-/// Conversion of a message type from a recording to a topic.
-struct Kind {
-  ros::TopicType type;
-  std::function<Result<std::string>(std::string_view, ros::Dialect)> to_ros1;
-};
-
-template <class M>
-Result<std::string> converted(std::string_view bytes, ros::Dialect dialect) {
-  if (dialect == ros::Dialect::ros1) return std::string(bytes);
-  const auto message = ros::from_bytes<M>(bytes, dialect);
-  if (!message) return message.error();
-  return ros::to_ros1(*message);
-}
-
-template <class... M>
-std::map<std::string, Kind> kinds(std::tuple<M...>*) {
-  return {{std::string(M::kType.name), Kind{ros::topic_type<M>(), converted<M>}}...};
-}
-
-using Known =
-    std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField, ros::NavSatFix,
-               ros::PointCloud2, ros::RadarScan, ros::TfMessage, ros::PoseStamped,
-               ros::PoseWithCovarianceStamped, ros::JointState, ros::String>;
-
 /// Sent once, for all who come later.
 bool is_latched(std::string_view topic) {
   return topic.ends_with("tf_static") || topic.ends_with("robot_description");
 }
 
 struct Channel {
-  Kind kind;
+  MessageKind kind;
   ros::RawPublisher publisher;
 };
 
 std::map<std::string, Channel> advertise(ros::Node& node, const ros::RecordingFile& file,
                                          const Arguments& a) {
-  const auto known = kinds(static_cast<Known*>(nullptr));
+  const auto& known = examples::known_messages();
   const std::set<std::string> left_out(a.leave_out.begin(), a.leave_out.end());
   std::map<std::string, Channel> channels;
   for (const ros::Topic& topic : file.topics()) {
@@ -71,8 +47,10 @@ std::map<std::string, Channel> advertise(ros::Node& node, const ros::RecordingFi
                "left out '" + topic.name + "': its type " + topic.type + " is not known");
       continue;
     }
-    channels[topic.name] = {kind->second,
-                            node.advertise(topic.name, kind->second.type, is_latched(topic.name))};
+    channels[topic.name] = {
+        kind->second,
+        node.raw().advertise(topic.name, kind->second.type,
+                             is_latched(topic.name) ? ros::Qos::latched() : ros::Qos())};
   }
   return channels;
 }
@@ -111,7 +89,7 @@ Result<std::size_t> play(ros::Node& node, const ros::RecordingFile& file, const 
     if (since_s > a.from_s + a.seconds) return false;
     const double due_s = begin_s + (since_s - a.from_s) / a.speed;
     while (node.ok() && steady_s() < due_s) node.spin(std::min(0.05, due_s - steady_s()));
-    auto bytes = channel.kind.to_ros1(m.data, m.topic.dialect);
+    auto bytes = channel.kind.convert(m.data, m.topic.dialect, node.dialect());
     if (!bytes) return damaged = bytes.error(), true;
     channel.publisher.publish(*bytes);
     ++sent;
@@ -134,7 +112,7 @@ int main(int argc, char** argv) {
   app.add_number("--speed", a.speed, 1e-3, 1e6, "speed, times real time");
   app.add_option("--from-s", a.from_s, "seconds to skip at the beginning").not_negative();
   app.add_option("--seconds", a.seconds, "largest duration to play").positive();
-  app.add_option("--leave-out", a.leave_out, "a topic not to play; repeatable").take_all();
+  app.add_option("--leave-out", a.leave_out, "a topic to leave out; repeatable").take_all();
   app.add_option("--wait-for", a.wait_for,
                  "a topic that must have a subscriber before the first message; repeatable")
       .take_all();

@@ -1,4 +1,4 @@
-// A TI millimetre-wave radar as a ROS 1 node.
+// A TI millimetre-wave radar as a ROS node.
 
 #include <cstdint>
 #include <string>

@@ -1,4 +1,4 @@
-// SLAM as a ROS 1 node: submap SLAM of laser scans, or the particle filter of radar or both.
+// SLAM as a ROS node: submap SLAM of laser scans, or the particle filter of radar or both.
 
 #include "slam_node_program.hpp"
 
@@ -48,7 +48,7 @@ Result<void> complete(Arguments& a) {
 int main(int argc, char** argv) {
   Arguments arguments;
   examples::CommandLine app(
-      "Submap SLAM with laser scans, or the particle filter with radar or both, as a ROS 1 node. "
+      "Submap SLAM with laser scans, or the particle filter with radar or both, as a ROS node. "
       "Subscribes to sensor_msgs/LaserScan on 'scan', wayfare_msgs/RadarScan on 'radar' or "
       "sensor_msgs/PointCloud2 on 'radar_points', whichever arrives first, nav_msgs/Odometry on "
       "'odom' or, with laser scans only, sensor_msgs/Imu on 'imu', and transforms; publishes "

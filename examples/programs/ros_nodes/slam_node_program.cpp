@@ -7,10 +7,10 @@ namespace wayfare::examples {
 namespace {
 
 void run(ros::Node& node, const ros::SlamNodeOptions& options) {
-  constexpr std::uint32_t kQueue = 2000;
+  const ros::Qos queue = ros::Qos::queue(2000);
   ros::SlamNode slam(options);
-  auto map = node.latched_publisher<ros::OccupancyGrid>("map");
-  auto path = node.latched_publisher<ros::Path>("path");
+  auto map = node.publisher<ros::OccupancyGrid>("map", ros::Qos::latched());
+  auto path = node.publisher<ros::Path>("path", ros::Qos::latched());
   auto poses = node.publisher<ros::PoseStamped>("pose");
   auto transforms = node.publisher<ros::TfMessage>("/tf");
   const auto publish = [&](const ros::SlamNodeOutput& out) {
@@ -21,47 +21,53 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
     say_all(node, out.notices);
   };
   bool clock_checked = false;
-  node.subscribe<ros::TfMessage>("/tf_static", kQueue, [&](const auto& m) { slam.add(m); });
-  node.subscribe<ros::TfMessage>("/tf", kQueue, [&](const auto& m) { slam.add(m); });
+  node.subscribe<ros::TfMessage>("/tf_static", ros::Qos::latched(2000),
+                                 [&](const auto& m) { slam.add(m); });
+  node.subscribe<ros::TfMessage>("/tf", queue, [&](const auto& m) { slam.add(m); });
   if (options.odometry)
-    node.subscribe<ros::Odometry>("odom", kQueue, [&](const auto& m) { slam.add(m, steady_s()); });
+    node.subscribe<ros::Odometry>("odom", queue, [&](const auto& m) { slam.add(m, steady_s()); });
   if (options.imu)
-    node.subscribe<ros::Imu>("imu", kQueue, [&](const auto& m) { slam.add(m, steady_s()); });
+    node.subscribe<ros::Imu>("imu", queue, [&](const auto& m) { slam.add(m, steady_s()); });
   if (options.magnetometer)
-    node.subscribe<ros::MagneticField>("magnetic_field", kQueue,
+    node.subscribe<ros::MagneticField>("magnetic_field", queue,
                                        [&](const auto& m) { slam.add(m, steady_s()); });
   const auto take = [&](const auto& m) {
     if (!std::exchange(clock_checked, true)) check_clock(node, m.header);
     slam.add(m, steady_s());
   };
-  if (options.sensors != SlamSensors::radar) node.subscribe<ros::LaserScan>("scan", kQueue, take);
+  if (options.sensors != SlamSensors::radar) node.subscribe<ros::LaserScan>("scan", queue, take);
   if (options.sensors != SlamSensors::lidar) {
-    node.subscribe<ros::RadarScan>("radar", kQueue, take);
-    node.subscribe<ros::PointCloud2>("radar_points", kQueue, take);
+    node.subscribe<ros::RadarScan>("radar", queue, take);
+    node.subscribe<ros::PointCloud2>("radar_points", queue, take);
   }
   while (node.ok()) {
     node.spin(slam.busy() ? 0.0 : 0.05);
     publish(slam.work(steady_s()));
   }
+  say_counts(node, slam);
 }
 
 }  // namespace
 
-void add_slam_options(CommandLine& app, SlamNodeArguments& a, const std::string& program) {
-  auto& s = a.node;
-  app.add_option("--map-frame", s.map_frame, "of map, pose and path").show_default();
+void add_scan_options(CommandLine& app, ros::ScanNodeOptions& s, std::vector<double>& laser) {
+  app.add_option("--map-frame", s.map_frame, "of map and poses").show_default();
   app.add_option("--odom-frame", s.odom_frame, "of the odometry").show_default();
   app.add_option("--base-frame", s.base_frame, "of the robot").show_default();
   app.add_option(
-         "--laser", a.laser,
+         "--laser", laser,
          "pose of the laser on the robot: x and y in metres, heading in degrees; by default "
          "from the transforms")
       .expected(3);
-  app.add_positive("--map-period-s", s.map_period_s, "interval between maps");
   app.add_option("--patience-s", s.patience_s,
                  "longest time a scan waits for odometry or inertial samples")
       .not_negative()
       .show_default();
+}
+
+void add_slam_options(CommandLine& app, SlamNodeArguments& a, const std::string& program) {
+  auto& s = a.node;
+  add_scan_options(app, s, a.laser);
+  app.add_positive("--map-period-s", s.map_period_s, "interval between maps");
   app.add_positive("--settle-s", s.settle_s,
                    "time without scans after which the graph is optimised");
   app.add_file("--config", a.config,
@@ -83,6 +89,12 @@ void add_threads(CommandLine& app, SlamNodeArguments& a) {
 void add_resolution(CommandLine& app, SlamNodeArguments& a) {
   app.add_positive("--resolution-m", a.node.map.resolution_m,
                    "cell size of the published map, with laser scans only");
+}
+
+void say_counts(const ros::Node& node, const ros::ScanNode& scans) {
+  say_counts(node);
+  for (const auto& [what, number] : scans.left_out())
+    node.say(ros::Severity::warning, "left out in all: " + std::to_string(number) + " of " + what);
 }
 
 SE2d pose_of(const std::vector<double>& v) { return SE2d(v[0], v[1], Angle::degrees(v[2])); }

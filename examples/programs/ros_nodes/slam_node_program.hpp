@@ -20,10 +20,14 @@ struct SlamNodeArguments {
   std::string config;         ///< of the options of the system
 };
 
-/// Frames, mounting of the laser, map, waiting, and a JSON file of the system's options.
+/// Frames, waiting, and `laser`, its mounting: x, y in m, heading in degrees.
+void add_scan_options(CommandLine& app, ros::ScanNodeOptions& options, std::vector<double>& laser);
+/// These, the map, and a JSON file of the system's options.
 void add_slam_options(CommandLine& app, SlamNodeArguments& arguments, const std::string& program);
 /// Mounting of the inertial unit, as of the programs on logs.
 void add_unit_options(CommandLine& app, SlamNodeArguments& arguments);
+/// Warns at the end of messages that were lost, refused, or left out by the node.
+void say_counts(const ros::Node& node, const ros::ScanNode& scans);
 void add_threads(CommandLine& app, SlamNodeArguments& arguments);
 void add_resolution(CommandLine& app, SlamNodeArguments& arguments);
 

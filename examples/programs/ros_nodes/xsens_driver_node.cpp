@@ -1,4 +1,4 @@
-// An Xsens MTi, or a tracker of an Awinda station, as a ROS 1 node.
+// An Xsens MTi, or a tracker of an Awinda station, as a ROS node.
 
 #include <cstdint>
 #include <cstdio>

@@ -215,14 +215,14 @@ extern template double squared_error(const PoseGraph<SE3d>&, const PoseEdge<SE3d
 enum class StartMethod {
   given,     ///< the graph's own poses
   odometry,  ///< the chain of edges between consecutive poses
-  tree,      ///< along a breadth-first spanning tree
+  tree,      ///< along the spanning tree of least uncertainty
   chordal,   ///< chordal relaxation of the rotations, then translations
 };
 
 /// Which edges a spanning tree prefers.
 enum class TreeEdges {
-  any,            ///< fewest edges from a fixed pose: short chains accumulate little noise
-  trusted_first,  ///< fewest `robust` edges on the path, as those may be outliers
+  any,            ///< the least uncertain path from a fixed pose, var x + var y + (2 m)² var θ
+  trusted_first,  ///< the same, with as few `robust` edges as possible: those may be outliers
 };
 
 /// Initialises the free poses along the chain of edges between poses k and k + 1, from the fixed

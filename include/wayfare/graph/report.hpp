@@ -16,14 +16,15 @@ namespace wayfare {
 
 /// How steps are computed.
 enum class OptimiseMethod {
-  /// Full steps while they lower the cost; otherwise falls back to Levenberg-Marquardt.
+  /// Full steps, of which a few may raise the cost; falls back to Levenberg-Marquardt, from the
+  /// lowest cost, where it does not fall again.
   gauss_newton,
   levenberg_marquardt,  ///< damped steps (Madsen et al. 2004)
 };
 
 /// One linear system solved.
 struct IterationRecord {
-  double cost = 0.0;      ///< Σ ρ(eᵀΩe) after the step, or before it if the step was rejected
+  double cost = 0.0;      ///< Σ ρ(eᵀΩe) after the step, or the lowest so far if it is above that
   double damping = 0.0;   ///< λ of the step; 0 for Gauss-Newton
   double max_step = 0.0;  ///< largest component of the step (m or rad)
   bool accepted = true;   ///< lowered the cost
@@ -39,6 +40,9 @@ struct OptimiseOptions {
   double min_relative_gain = 1e-6;
   /// or by less than this (the cost has no unit).
   double min_absolute_gain = 1e-9;
+  /// Full steps in a row with a cost above the lowest, before falling back (gauss_newton). More:
+  /// some graphs converge in fewer steps, those that fall back take longer. 0: none may raise it.
+  int max_rises = 2;
   double initial_damping = 1e-4;  ///< λ₀, relative to H's diagonal; larger: shorter first steps
   double max_damping = 1e12;      ///< stops if λ would exceed this
   /// Threads of the factorisation, if the solver supports them (ThreadedSolver) and the graph is

@@ -124,6 +124,9 @@ struct MapImageOptions {
 /// bounds enclose more than 2^30 cells, as after a pose that diverged, those within 2048 cells of
 /// the median of its tiles.
 [[nodiscard]] GridImage grid_image(const OccupancyGrid& map);
+/// The cells of an image whose lower left corner has this pose in the frame of the grid.
+/// Probabilities are limited to 0.001 and 0.999.
+[[nodiscard]] OccupancyGrid occupancy_grid(const GridImage& image, const SE2d& T_grid_image = {});
 
 /// The image for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
 [[nodiscard]] Result<std::string> format_pgm(const GridRows& grid,

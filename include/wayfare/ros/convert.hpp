@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include <wayfare/core/frame.hpp>
+#include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
@@ -75,6 +76,13 @@ class FrameTree {
 [[nodiscard]] Pose pose_of(const SE2d& pose);
 /// The pose in the plane, without height, roll and pitch.
 [[nodiscard]] Result<SE2d> plane_pose_of(const Pose& pose);
+/// The pose in the plane with its covariance, which in the message is about the axes of the frame,
+/// here about those of the pose. Errors: an invalid position or orientation; a covariance of x, y
+/// and heading that is not finite, symmetric and positive semi-definite.
+[[nodiscard]] Result<Gaussian<SE2d>> gaussian_of(const PoseWithCovariance& message);
+/// The same as a message; the covariance of what is not in the plane is zero.
+[[nodiscard]] PoseWithCovarianceStamped message_of(const Gaussian<SE2d>& pose, LogTime time,
+                                                   std::string_view frame);
 /// The pose of `child` in `parent`, with height zero.
 [[nodiscard]] TransformStamped transform_of(const SE2d& T_parent_child, LogTime time,
                                             std::string_view parent, std::string_view child);
@@ -146,5 +154,10 @@ struct LevelMounting {
 /// Cells in percent as in map_server: unknown where the probability is NaN.
 [[nodiscard]] OccupancyGrid message_of(const io::GridImage& map, LogTime time,
                                        std::string_view frame);
+/// The map of a message. The side of its cells, single precision in the message, is the shortest
+/// decimal number that rounds to it, as in a map's YAML file. Errors: no cells, or a number of them
+/// other than the sizes say; cells smaller than a millimetre or larger than ten metres; an
+/// occupancy that is neither a percentage nor -1; an invalid origin.
+[[nodiscard]] Result<io::GridImage> grid_image_of(const OccupancyGrid& message);
 
 }  // namespace wayfare::ros

@@ -47,6 +47,13 @@ struct String {
   static void fields(auto& m, auto& a) { a("data", m.data); }
 };
 
+/// The time of a simulation or a replay, on /clock.
+struct Clock {
+  static constexpr MessageType kType{"rosgraph_msgs/Clock", "a9c97c1d230cfc112e270351a944ee47"};
+  Stamp clock;  ///< now
+  static void fields(auto& m, auto& a) { a("clock", m.clock); }
+};
+
 /// A vector in the frame of its message.
 struct Vector3 {
   static constexpr MessageType kType{"geometry_msgs/Vector3"};
@@ -92,6 +99,14 @@ struct PoseStamped {
   Header header;  ///< time, and frame of the pose
   Pose pose;      ///< in that frame
   static void fields(auto& m, auto& a) { a("header", m.header), a("pose", m.pose); }
+};
+
+/// Poses of one time, in the frame of the header.
+struct PoseArray {
+  static constexpr MessageType kType{"geometry_msgs/PoseArray", "916c28c5764443f268b296bb671b9d97"};
+  Header header;                 ///< time, and frame of the poses
+  std::vector<Pose> poses = {};  ///< in that frame
+  static void fields(auto& m, auto& a) { a("header", m.header), a("poses", m.poses); }
 };
 
 /// Covariance row by row of x, y, z and rotations about x, y, z.

@@ -199,6 +199,22 @@ struct OccupancyGrid {
   }
 };
 
+/// A hypothesis of a particle filter.
+struct Particle {
+  static constexpr MessageType kType{"nav2_msgs/Particle"};
+  Pose pose;            ///< in the frame of the cloud
+  double weight = 0.0;  ///< of all, in [0, 1]
+  static void fields(auto& m, auto& a) { a("pose", m.pose), a("weight", m.weight); }
+};
+
+/// The particles of a localisation, as Navigation2 has them.
+struct ParticleCloud {
+  static constexpr MessageType kType{"nav2_msgs/ParticleCloud", "715fd9c4dbf7e8cc634d061defa334ed"};
+  Header header;                         ///< time, and frame of the poses
+  std::vector<Particle> particles = {};  ///< in any order
+  static void fields(auto& m, auto& a) { a("header", m.header), a("particles", m.particles); }
+};
+
 /// The points of a radar frame as arrays of `width` elements, in the radar's own axes.
 struct RadarScan {
   static constexpr MessageType kType{"wayfare_msgs/RadarScan", "feb82c38b1eb345f1337780005e9cec0"};

@@ -25,6 +25,7 @@
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/detail/node_output.hpp>
 #include <wayfare/ros/messages.hpp>
+#include <wayfare/ros/scan_node.hpp>
 #include <wayfare/slam/hector_slam.hpp>
 #include <wayfare/slam/pedestrian_slam.hpp>
 #include <wayfare/slam/radar_slam.hpp>
@@ -93,7 +94,7 @@ enum class LaserSystem : std::uint8_t {
 };
 
 /// SLAM, frames, mounting and waiting of a SlamNode.
-struct SlamNodeOptions {
+struct SlamNodeOptions : ScanNodeOptions {
   SlamSensors sensors = SlamSensors::lidar;  ///< the scans used
   LaserSystem system = LaserSystem::submap;  ///< for laser scans alone
   SubmapSlamOptions slam{};                  ///< of submap and pedestrian SLAM
@@ -101,9 +102,6 @@ struct SlamNodeOptions {
   PedestrianSlamOptions walker{};            ///< of pedestrian SLAM, without its `slam`
   OccupancyGridOptions map{};                ///< as `slam`; the others have their own cells
   RadarSlamOptions filter{};                 ///< with radar
-  std::string map_frame = "map",             ///< of poses and map
-      odom_frame = "odom",                   ///< of the odometry
-      base_frame = "base_link";              ///< of the robot
   /// False, for laser scans alone: without odometry; the node publishes `odom` -> `base_link` from
   /// scan matching and, with `imu`, the inertial unit. Pedestrian SLAM takes none.
   bool odometry = true;
@@ -112,24 +110,17 @@ struct SlamNodeOptions {
   /// with them; pedestrian SLAM needs them and always takes them.
   bool imu = false;
   bool magnetometer = false;  ///< waits for its readings, too: for pedestrian SLAM
-  /// Mounting of the sensors; if empty, from transforms.
-  std::optional<Transform2<frame::Base, frame::Laser>> T_base_laser{};
-  std::optional<Transform2<frame::Base, frame::Radar>> T_base_radar{};  ///< the same of the radar
+  /// Mounting of the radar; if empty, from transforms.
+  std::optional<Transform2<frame::Base, frame::Radar>> T_base_radar{};
   /// Of Hector and pedestrian SLAM: the unit's axis along which the laser's x points, its z upward.
   std::optional<Eigen::Vector3d> unit_forward{};
 
   // Seconds by the caller's clock.
-  double patience_s = 2.0;    ///< longest wait of a scan for other data of its time
   double map_period_s = 5.0;  ///< between maps, while scans arrive
   double settle_s = 2.0;  ///< time without scans after which the graph is optimised to convergence
 
-  // Seconds by the messages' clock.
-  double jump_back_s = 1.0;  ///< scans this much earlier than the last start a new map
-  double post_date_s = 0.1;  ///< transforms are stamped later by this, to be valid until the next
-  double odometry_gap_s = 0.5;  ///< odometry older than this is not used for a scan
   /// Odometry faster than this has been reset, m/s.
   double max_speed_mps = 10.0;
-  std::size_t scans_waiting = 2000;  ///< capacity; the oldest are dropped
 };
 
 /// Messages to publish.
@@ -146,7 +137,7 @@ struct SlamNodeOutput {
 class LaserSlam;
 
 /// `now_s` is of a monotonic clock with any origin. Not thread-safe.
-class SlamNode {
+class SlamNode : public ScanNode {
  public:
   /// Without scans.
   explicit SlamNode(SlamNodeOptions options = {});
@@ -174,31 +165,12 @@ class SlamNode {
   /// As after a long time without scans.
   [[nodiscard]] SlamNodeOutput finish(double now_s);
 
-  /// The missing input; empty if none.
-  [[nodiscard]] const std::string& waits_for() const { return waits_for_; }
-
  private:
-  template <class Scan>
-  struct Sensed {
-    std::deque<Scan> scans;  ///< not processed yet
-    std::optional<LogTime> last_received;
-    std::string frame;  ///< of the first scan; others are dropped
-    std::optional<LevelMounting> mounting;
-  };
   enum class RadarMessage : std::uint8_t { none, scan, cloud };
-  /// A stream for which scans wait.
-  struct Awaited {
-    const char* name;
-    std::optional<LogTime> last{};
-    bool silent = false;  ///< waited for in vain: not waited for until it is heard
-
-    void hear(LogTime time) { last = time, silent = false; }
-  };
 
   template <class Message>
   void add_radar(const Message& message, RadarMessage kind, double now_s);
-  template <class Scan>
-  void enqueue(Sensed<Scan>& to, Result<Scan> scan, const Header& header, double now_s);
+  [[nodiscard]] Restart restart();
   void begin_anew(LogTime at);
 
   [[nodiscard]] bool takes_turns() const { return options_.system == LaserSystem::submap; }
@@ -208,11 +180,9 @@ class SlamNode {
   MargSample& sample_at(LogTime time);
   void pass_samples(LogTime until);
 
-  template <class Scan, class Given>
-  [[nodiscard]] bool is_mounted(Sensed<Scan>& sensed, const Given& T_base_sensor, double now_s);
+  [[nodiscard]] bool laser_is_mounted(double now_s);
   [[nodiscard]] bool unit_is_mounted(double now_s);
   [[nodiscard]] bool has_system(double now_s);
-  [[nodiscard]] bool has_reached(Awaited& stream, LogTime time, double now_s);
   [[nodiscard]] bool motion_is_known(LogTime time, double now_s);
   [[nodiscard]] MotionHint hint(LogTime time) const;
   [[nodiscard]] bool leaped(LogTime time) const;
@@ -230,18 +200,16 @@ class SlamNode {
                     SlamNodeOutput& out) const;
   void publish_map(double now_s, SlamNodeOutput& out);
   void say_pieces(double now_s);
-  void wait_for(std::string what, double now_s);
 
   SlamNodeOptions options_;
   detail::Owned<LaserSlam> slam_;  ///< once the mounting of its sensors is known
   std::optional<ScanDeskewer> deskewer_;
   std::optional<RadarSlamStream> stream_;
-  FrameTree frames_;
   Sensed<wayfare::LaserScan> lasers_;
   Sensed<wayfare::RadarScan> radar_;
   RadarMessage radar_message_ = RadarMessage::none;
-  std::vector<OdometrySample> odometry_;  ///< continuous: joined at resets
-  std::optional<SE2d> T_joined_odom_;     ///< from odometry as received to the joined one
+  /// From odometry as received to the samples kept, which are joined at resets.
+  std::optional<SE2d> T_joined_odom_;
   /// Between two samples odometry was set, or the robot carried.
   struct Leap {
     LogTime from, to;
@@ -253,14 +221,11 @@ class SlamNode {
   std::deque<MargSample> unit_;  ///< not passed to the system yet, in order of time
   std::string unit_frame_;       ///< of the first sample; others are dropped
   std::optional<SO3d> q_base_unit_;
-  Awaited odometry_heard_{"odometry"}, unit_heard_{"inertial samples"},
-      field_heard_{"a magnetic field"};
+  Awaited unit_heard_{"inertial samples"}, field_heard_{"a magnetic field"};
   std::optional<LogTime> last_scan_;  ///< processed
-  std::optional<double> blocked_s_, last_placed_s_;
+  std::optional<double> last_placed_s_;
   double last_map_s_ = 0.0;
   bool worked_ = false, settled_ = true;
-  std::string waits_for_;
-  Notices notices_;
 };
 
 }  // namespace wayfare::ros

@@ -20,6 +20,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/ros/serialise.hpp>
@@ -84,7 +85,7 @@ struct WheelJoints {
   /// Radius of the wheels; none: by the robot description, URDF as std_msgs/String.
   std::optional<double> radius_m;
   std::optional<double> base_m;  ///< distance between the wheels; none: likewise
-  double max_speed_mps = 10.0;  ///< of a wheel; faster is a jump of its position
+  double max_speed_mps = 10.0;   ///< of a wheel; faster is a jump of its position
 };
 
 /// An empty topic stands for the only one of its type.
@@ -176,7 +177,15 @@ struct VehicleRun {
                                              const io::ColumnFormat& format,
                                              const TopicNames& names = {});
 
-/// Writes messages of messages.hpp to a file.
+/// A topic whose messages are recorded as they were received.
+struct ReceivedTopic {
+  std::string name;                ///< such as /scan
+  std::string type;                ///< ROS 1 name: sensor_msgs/Imu
+  std::string definition = {};     ///< by definition<M>(Dialect::ros2); empty: not known
+  io::McapMetadata metadata = {};  ///< of the MCAP channel
+};
+
+/// Writes messages to a file.
 class RecordingWriter {
  public:
   /// The format follows the name: `.mcap` or `.bag`. Errors: another suffix; the file exists (see
@@ -192,6 +201,11 @@ class RecordingWriter {
     return write_bytes(topic, received, to_bytes(message, dialect()));
   }
 
+  /// A message serialised as CDR; of a type that is not known the file has no definition, but its
+  /// name. Errors: as of `write`; a bag, which is of ROS 1.
+  [[nodiscard]] Result<void> write_received(const ReceivedTopic& topic, LogTime received,
+                                            std::string_view cdr);
+
   /// Closes the file; nothing can be written afterwards. A bag is complete on the disk only now; if
   /// that fails, it can be tried again.
   [[nodiscard]] Result<void> close();
@@ -202,7 +216,8 @@ class RecordingWriter {
   [[nodiscard]] Dialect dialect() const;
   [[nodiscard]] bool knows(const std::string& topic, const MessageType& type) const;
   [[nodiscard]] Result<void> add(const std::string& topic, const MessageType& type,
-                                 const std::string& definition);
+                                 const std::string& definition,
+                                 const io::McapMetadata& metadata = {});
   [[nodiscard]] Result<void> write_bytes(const std::string& topic, LogTime received,
                                          std::string_view data);
 

@@ -57,6 +57,53 @@ Result<void> take(PoseGraph<G>& graph, std::vector<G> x) {
   return {};
 }
 
+/// The size of an edge's uncertainty, var x + var y (+ var z) + lever² of the rotations' variances,
+/// from the diagonal of its information; infinite without information.
+template <class G>
+double uncertainty(const PoseEdge<G>& edge) {
+  constexpr double kLever_m = 2.0;
+  const auto variances = edge.information.diagonal().cwiseInverse().eval();
+  const Eigen::Index place = edge.measurement.translation().size();
+  return variances.head(place).sum() +
+         kLever_m * kLever_m * variances.tail(variances.size() - place).sum();
+}
+
+/// Items with the smallest key first, those of equal keys in the order of `push`.
+template <class T>
+class LeastFirst {
+ public:
+  void push(double key, const T& item) {
+    heap_.push_back({key, pushed_++, item});
+    std::push_heap(heap_.begin(), heap_.end(), After());
+  }
+  std::pair<double, T> pop() {
+    std::pop_heap(heap_.begin(), heap_.end(), After());
+    const Entry least = heap_.back();
+    heap_.pop_back();
+    return {least.key, least.item};
+  }
+  [[nodiscard]] bool empty() const { return heap_.empty(); }
+
+ private:
+  struct Entry {
+    double key;
+    std::size_t number;
+    T item;
+  };
+  struct After {
+    bool operator()(const Entry& a, const Entry& b) const {
+      return a.key > b.key || (a.key == b.key && a.number > b.number);
+    }
+  };
+  std::vector<Entry> heap_;
+  std::size_t pushed_ = 0;
+};
+
+/// A pose and the edge that reaches it, −1 for an anchor.
+struct Branch {
+  int pose, edge;
+};
+
 }  // namespace
 
 template <LieGroup G>
@@ -87,31 +134,29 @@ template <LieGroup G>
 Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather) {
   if (auto valid = validate(graph); !valid) return valid;
   const auto edges_at = edges_by_pose(graph);
-  struct Step {
-    int pose, edge;  // the edge that reaches the pose
-  };
-  // Breadth first; paths over untrusted edges are used only when no other is left.
-  std::vector<Step> open, later;
+  // The least uncertain path first; those over untrusted edges only when no other is left.
+  LeastFirst<Branch> open, later;
   std::vector<G> x = graph.poses;
   std::vector<char> placed(x.size(), 0);
-  for (const int a : anchors_of(graph)) open.push_back({a, -1});
-  const auto place = [&](const Step& step) {
-    if (placed[at(step.pose)] != 0) return;
-    placed[at(step.pose)] = 1;
-    if (step.edge >= 0) {
-      const PoseEdge<G>& edge = graph.edges[at(step.edge)];
-      const int parent = edge.from == step.pose ? edge.to : edge.from;
-      x[at(step.pose)] = across(edge, parent, x[at(parent)]);
+  for (const int a : anchors_of(graph)) open.push(0.0, {a, -1});
+  const auto place = [&](double size, const Branch& branch) {
+    if (placed[at(branch.pose)] != 0) return;
+    placed[at(branch.pose)] = 1;
+    if (branch.edge >= 0) {
+      const PoseEdge<G>& edge = graph.edges[at(branch.edge)];
+      const int parent = edge.from == branch.pose ? edge.to : edge.from;
+      x[at(branch.pose)] = across(edge, parent, x[at(parent)]);
     }
-    for (const int e : edges_at[step.pose]) {
+    for (const int e : edges_at[branch.pose]) {
       const PoseEdge<G>& edge = graph.edges[at(e)];
       const bool waits = rather == TreeEdges::trusted_first && edge.robust;
-      (waits ? later : open).push_back({edge.from == step.pose ? edge.to : edge.from, e});
+      (waits ? later : open)
+          .push(size + uncertainty(edge), {edge.from == branch.pose ? edge.to : edge.from, e});
     }
   };
-  for (std::size_t k = 0; k < open.size(); ++k) {
-    place(Step(open[k]));
-    if (k + 1 == open.size()) open.insert(open.end(), later.begin(), later.end()), later.clear();
+  for (; !open.empty(); open.empty() ? std::swap(open, later) : void()) {
+    const auto [size, branch] = open.pop();
+    place(size, branch);
   }
   return take(graph, std::move(x));
 }

@@ -206,6 +206,20 @@ GridImage grid_image(const OccupancyGrid& map) {
   return image;
 }
 
+OccupancyGrid occupancy_grid(const GridImage& image, const SE2d& T_grid_image) {
+  OccupancyGrid grid({.resolution_m = image.resolution_m});
+  for (std::size_t row = 0; row < image.height; ++row)
+    for (std::size_t column = 0; column < image.width; ++column) {
+      const auto p = static_cast<double>(image.occupancy[row * image.width + column]);
+      if (std::isnan(p)) continue;
+      const Eigen::Vector2d centre(static_cast<double>(column) + 0.5,
+                                   static_cast<double>(row) + 0.5);
+      grid.update(cell_of(T_grid_image * (image.resolution_m * centre), image.resolution_m),
+                  LogOdds::from_probability(std::clamp(p, 0.001, 0.999)));
+    }
+  return grid;
+}
+
 PictureRows picture_rows(const GridRows& grid) {
   return {grid.width(), grid.height(),
           [grid, occupancy = std::vector<float>(grid.width())](

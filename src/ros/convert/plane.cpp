@@ -181,20 +181,6 @@ PoseStamped message_of(const StampedPose& pose, std::string_view frame) {
   return {header_of(pose.time, frame), pose_of(pose.T_map_base.raw())};
 }
 
-OccupancyGrid message_of(const io::GridImage& map, LogTime time, std::string_view frame) {
-  OccupancyGrid message;
-  message.header = header_of(time, frame);
-  message.info = {message.header.stamp, static_cast<float>(map.resolution_m),
-                  static_cast<std::uint32_t>(map.width), static_cast<std::uint32_t>(map.height),
-                  pose_of(map.origin)};
-  message.data.reserve(map.occupancy.size());
-  for (const float p : map.occupancy)
-    message.data.push_back(p >= 0.0F && p <= 1.0F
-                               ? static_cast<std::int8_t>(std::lround(100.0F * p))
-                               : std::int8_t{-1});
-  return message;
-}
-
 void FrameTree::add(const TransformStamped& t) {
   parents_[std::string(without_slash(t.child_frame_id))] = {std::string(frame_of(t.header)),
                                                             t.transform};

@@ -6,26 +6,12 @@
 #include <utility>
 
 #include "ros/nodes/laser_slam.hpp"
+#include "ros/nodes/samples.hpp"
 
 namespace wayfare::ros {
-namespace {
-
-std::string seconds(Duration d) { return std::to_string(to_seconds(d)) + " s"; }
-
-template <class Samples>
-void forget_after(Samples& samples, LogTime time) {
-  std::erase_if(samples, [&](const auto& s) { return s.time > time; });
-}
-
-template <class Samples>
-std::optional<LogTime> last_of(const Samples& samples) {
-  return samples.empty() ? std::nullopt : std::optional(samples.back().time);
-}
-
-}  // namespace
 
 SlamNode::SlamNode(SlamNodeOptions options)
-    : options_(std::move(options)), slam_(nullptr, nullptr) {
+    : ScanNode(options), options_(std::move(options)), slam_(nullptr, nullptr) {
   const bool filter = options_.sensors != SlamSensors::lidar;
   if (filter) options_.system = LaserSystem::submap;
   const bool walker = options_.system == LaserSystem::pedestrian;
@@ -38,7 +24,7 @@ void SlamNode::add(const LaserScan& message, double now_s) {
   if (options_.sensors == SlamSensors::radar) return;
   const auto time = time_of(message.header.stamp);
   enqueue(lasers_, time ? laser_scan_of(message, *time) : Result<wayfare::LaserScan>(time.error()),
-          message.header, now_s);
+          message.header, now_s, restart());
 }
 
 void SlamNode::add(const RadarScan& message, double now_s) {
@@ -56,79 +42,38 @@ void SlamNode::add_radar(const Message& message, RadarMessage kind, double now_s
   if (radar_message_ != kind) return;
   const auto time = time_of(message.header.stamp);
   enqueue(radar_, time ? radar_scan_of(message, *time) : Result<wayfare::RadarScan>(time.error()),
-          message.header, now_s);
+          message.header, now_s, restart());
 }
 
-template <class Scan>
-void SlamNode::enqueue(Sensed<Scan>& to, Result<Scan> scan, const Header& header, double now_s) {
-  if (!scan)
-    return notices_.add(Severity::error, "bad scan", "left out a scan: " + scan.error().to_string(),
-                        now_s);
-  const std::string frame(frame_of(header));
-  if (to.frame.empty()) to.frame = frame;
-  if (frame != to.frame)
-    return notices_.add(
-        Severity::error, "other than " + to.frame,
-        "left out scans in frame '" + frame + "': the map uses those in '" + to.frame + "'", now_s);
-  if (to.last_received && scan->time + from_seconds(options_.jump_back_s) < *to.last_received) {
-    notices_.add(
-        Severity::warning, "back",
-        "time went back by " + seconds(*to.last_received - scan->time) + ": begins a new map",
-        now_s);
-    begin_anew(scan->time);
-  } else if (to.last_received && scan->time <= *to.last_received) {
-    return notices_.add(Severity::warning, "late scan",
-                        "left out a scan that is " + seconds(*to.last_received - scan->time) +
-                            " earlier than the one before it",
-                        now_s);
-  }
-  to.last_received = scan->time;
-  to.scans.push_back(*std::move(scan));
-  if (to.scans.size() <= options_.scans_waiting) return;
-  to.scans.pop_front();
-  notices_.add(Severity::warning, "too many",
-               "scans arrive faster than they are processed, or while it waits: the oldest are "
-               "left out",
-               now_s);
+ScanNode::Restart SlamNode::restart() {
+  return {"begins a new map", [this](LogTime at) { begin_anew(at); }};
 }
 
 void SlamNode::add(const Odometry& message, double now_s) {
   if (!options_.odometry) return;
-  const auto time = time_of(message.header.stamp);
-  auto ok = check_frame(message.header, options_.odom_frame);
-  if (ok && !time) ok = time.error();
-  auto sample = ok ? odometry_of(message, *time) : Result<OdometrySample>(ok.error());
-  if (!sample)
-    return notices_.add(Severity::error, "bad odometry",
-                        "left out odometry: " + sample.error().to_string(), now_s);
+  auto sample = next_odometry(message, now_s);
+  if (!sample) return;
+  if (odometry_.empty()) T_joined_odom_.reset();
   const SE2d T_odom_base = sample->T_odom_base.raw();
   if (!odometry_.empty()) {
+    constexpr double kSlack_m = 0.5;
     const OdometrySample& last = odometry_.back();
-    if (*time + from_seconds(options_.jump_back_s) < last.time) {
-      odometry_.clear();
-      T_joined_odom_.reset();
-    } else if (*time <= last.time) {
-      return;
-    } else {
-      constexpr double kSlack_m = 0.5;
-      const SE2d before = last.T_odom_base.raw();
-      const SE2d joined = T_joined_odom_ ? *T_joined_odom_ * T_odom_base : T_odom_base;
-      const double moved_m = (before.inverse() * joined).translation().norm();
-      if (moved_m > kSlack_m + options_.max_speed_mps * to_seconds(*time - last.time)) {
-        notices_.add(Severity::warning, "leap",
-                     "odometry jumped by " + std::to_string(moved_m) +
-                         " m: it was set, or the robot was carried",
-                     now_s);
-        // Where scans of a laser tell which, they begin a piece; a radar alone cannot.
-        if (options_.sensors != SlamSensors::both) T_joined_odom_ = before * T_odom_base.inverse();
-        leaps_.push_back({last.time, *time});
-      }
+    const SE2d before = last.T_odom_base.raw();
+    const SE2d joined = T_joined_odom_ ? *T_joined_odom_ * T_odom_base : T_odom_base;
+    const double moved_m = (before.inverse() * joined).translation().norm();
+    if (moved_m > kSlack_m + options_.max_speed_mps * to_seconds(sample->time - last.time)) {
+      notices_.add(Severity::warning, "leap",
+                   "odometry jumped by " + std::to_string(moved_m) +
+                       " m: it was set, or the robot was carried",
+                   now_s);
+      // Where scans of a laser tell which, they begin a piece; a radar alone cannot.
+      if (options_.sensors != SlamSensors::both) T_joined_odom_ = before * T_odom_base.inverse();
+      leaps_.push_back({last.time, sample->time});
     }
   }
   if (T_joined_odom_)
     sample->T_odom_base = Transform2<frame::Odom, frame::Base>(*T_joined_odom_ * T_odom_base);
-  odometry_.push_back(*sample);
-  odometry_heard_.hear(*time);
+  add_odometry(*sample);
 }
 
 void SlamNode::add(const Imu& message, double now_s) {
@@ -138,8 +83,8 @@ void SlamNode::add(const Imu& message, double now_s) {
                     : takes_turns() ? add_turn_rate(message, *time)
                                     : add_sample(message, *time);
   if (!done)
-    notices_.add(Severity::error, "bad reading",
-                 "left out an inertial sample: " + done.error().to_string(), now_s);
+    leave_out("inertial sample", "bad reading",
+              "left out an inertial sample: " + done.error().to_string(), now_s);
 }
 
 /// Whether a unit's sample is later than those before; a step back drops those.
@@ -175,8 +120,8 @@ void SlamNode::add(const MagneticField& message, double now_s) {
   if (!options_.magnetometer) return;
   const auto time = time_of(message.header.stamp);
   if (!time)
-    return notices_.add(Severity::error, "bad field",
-                        "left out a magnetometer's sample: " + time.error().to_string(), now_s);
+    return leave_out("magnetic field", "bad field",
+                     "left out a magnetometer's sample: " + time.error().to_string(), now_s);
   if (last_scan_ && *time <= *last_scan_) return;
   sample_at(*time).magnetic_field_uT = field_uT_of(message);
   field_heard_.hear(*time);
@@ -210,10 +155,9 @@ void SlamNode::begin_anew(LogTime at) {
   settled_ = true;
   // Data of the other topics up to the jump back is dropped, too.
   const LogTime until = at + from_seconds(options_.jump_back_s);
-  forget_after(odometry_, until);
+  forget_odometry_after(until);
   forget_after(gyro_, until);
   forget_after(unit_, until);
-  odometry_heard_.last = last_of(odometry_);
   unit_heard_.last = takes_turns() ? last_of(gyro_) : last_of(unit_);
   field_heard_.last.reset();
   if (odometry_.empty()) T_joined_odom_.reset();

@@ -9,18 +9,10 @@
 #include <wayfare/sync/odometry_track.hpp>
 
 #include "ros/nodes/laser_slam.hpp"
+#include "ros/nodes/samples.hpp"
 
 namespace wayfare::ros {
 namespace {
-
-/// Drops samples that no later scan can need.
-template <class Sample>
-void forget_before(std::vector<Sample>& samples, LogTime time) {
-  constexpr std::ptrdiff_t kWorthIt = 1000;
-  const auto first =
-      std::find_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.time >= time; });
-  if (first - samples.begin() > kWorthIt) samples.erase(samples.begin(), first - 1);
-}
 
 Path path_of(const Trajectory& trajectory, std::string_view frame) {
   Path path;
@@ -68,26 +60,9 @@ SlamNodeOutput SlamNode::finish(double now_s) {
   return out;
 }
 
-template <class Scan, class Given>
-bool SlamNode::is_mounted(Sensed<Scan>& sensed, const Given& T_base_sensor, double now_s) {
-  if (sensed.mounting) return true;
-  if (T_base_sensor) {
-    sensed.mounting = LevelMounting{Transform2<frame::Base, Sensor>(T_base_sensor->raw())};
-    return true;
-  }
-  const std::string from_to = "transform from '" + options_.base_frame + "' to '" + sensed.frame;
-  const auto found = frames_.find(options_.base_frame, sensed.frame);
-  if (!found) {
-    wait_for("the " + from_to + "' (on /tf or /tf_static)", now_s);
-    return false;
-  }
-  const auto level = level_mounting_of(*found);
-  if (!level) {
-    wait_for("another " + from_to + "': the present one " + level.error().to_string(), now_s);
-    return false;
-  }
-  sensed.mounting = *level;
-  return true;
+bool SlamNode::laser_is_mounted(double now_s) {
+  const auto& given = options_.T_base_laser;
+  return is_mounted(lasers_, given ? std::optional(given->raw()) : std::nullopt, now_s);
 }
 
 bool SlamNode::unit_is_mounted(double now_s) {
@@ -106,24 +81,11 @@ bool SlamNode::unit_is_mounted(double now_s) {
 
 bool SlamNode::has_system(double now_s) {
   if (slam_) return true;
-  if (!is_mounted(lasers_, options_.T_base_laser, now_s) || !unit_is_mounted(now_s)) return false;
+  if (!laser_is_mounted(now_s) || !unit_is_mounted(now_s)) return false;
   slam_ = make_laser_slam(
       options_, Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw()),
       q_base_unit_);
   deskewer_.emplace(Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw()));
-  return true;
-}
-
-/// Whether a stream has reached the time, or was waited for in vain.
-bool SlamNode::has_reached(Awaited& stream, LogTime time, double now_s) {
-  if (stream.silent || (stream.last && *stream.last >= time)) return true;
-  const std::string what = stream.name;
-  wait_for(what + " at the scan's time", now_s);
-  if (now_s < *blocked_s_ + options_.patience_s) return false;
-  stream.silent = true;
-  notices_.add(Severity::warning, "silent " + what,
-               "no " + what + " at the scan's time: continues with scans alone until there is",
-               now_s);
   return true;
 }
 
@@ -139,10 +101,7 @@ void SlamNode::pass_samples(LogTime until) {
 }
 
 MotionHint SlamNode::hint(LogTime time) const {
-  const Duration gap = from_seconds(options_.odometry_gap_s);
-  if (!odometry_.empty() && odometry_.front().time - gap < time &&
-      time < odometry_.back().time + gap)
-    return {OdometryTrack(odometry_).at(time), {}, leaped(time)};
+  if (const auto odometry = odometry_at(time)) return {odometry, {}, leaped(time)};
   if (last_scan_ && !gyro_.empty()) return {{}, GyroTurn(gyro_).between(*last_scan_, time)};
   return {};
 }
@@ -168,16 +127,14 @@ void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
   if (!has_system(now_s) || !motion_is_known(lasers_.scans.front().end_time(), now_s)) return;
   wayfare::LaserScan scan = std::move(lasers_.scans.front());
   lasers_.scans.pop_front();
-  blocked_s_.reset();
-  waits_for_.clear();
+  stop_waiting();
   worked_ = true;
   const LogTime time = scan.time;
   if (lasers_.mounting->upside_down) scan = turned_over(std::move(scan));
   pass_samples(scan.end_time());
   const auto outcome = add_deskewed(scan);
   if (!outcome)
-    return notices_.add(Severity::error, "refused",
-                        "left out a scan: " + outcome.error().to_string(), now_s);
+    return leave_out("scan", "refused", "left out a scan: " + outcome.error().to_string(), now_s);
   if (!outcome->matched)
     notices_.add(Severity::info, "unmatched", "a scan did not match the map: its pose is predicted",
                  now_s);
@@ -209,8 +166,9 @@ bool SlamNode::has_stream(double now_s) {
     wait_for("radar scans", now_s);
     return false;
   }
-  if (lasers && !is_mounted(lasers_, options_.T_base_laser, now_s)) return false;
-  if (!is_mounted(radar_, options_.T_base_radar, now_s)) return false;
+  if (lasers && !laser_is_mounted(now_s)) return false;
+  const auto& given = options_.T_base_radar;
+  if (!is_mounted(radar_, given ? std::optional(given->raw()) : std::nullopt, now_s)) return false;
   RadarSlamStreamOptions o{.slam = options_.filter, .sensors = options_.sensors};
   if (lasers)
     o.slam.T_base_laser =
@@ -245,7 +203,7 @@ void SlamNode::process_stream(double now_s, SlamNodeOutput& out) {
   const std::string what(stream_->waits_for());
   if (!what.empty()) {
     wait_for(what + " at the scan's time", now_s);
-    if (now_s < *blocked_s_ + options_.patience_s) return;
+    if (!waited_in_vain(now_s)) return;
     notices_.add(Severity::warning, "silent",
                  "no " + what + " at the scan's time: continues without until there is", now_s);
     stream_->finish();
@@ -258,8 +216,7 @@ void SlamNode::process_stream(double now_s, SlamNodeOutput& out) {
 bool SlamNode::step(double now_s, SlamNodeOutput& out) {
   const auto time = stream_->step();
   if (!time) return false;
-  blocked_s_.reset();
-  waits_for_.clear();
+  stop_waiting();
   const auto pose = stream_->slam().pose();
   if (pose && pose->time == *time) placed(*time, pose->T_map_base.raw(), now_s, out);
   return true;
@@ -268,10 +225,8 @@ bool SlamNode::step(double now_s, SlamNodeOutput& out) {
 void SlamNode::publish_pose(LogTime time, const SE2d& T_map_base, const MotionHint& motion,
                             SlamNodeOutput& out) const {
   out.poses.push_back({header_of(time, options_.map_frame), pose_of(T_map_base)});
-  const LogTime dated = time + from_seconds(options_.post_date_s);
   const auto give = [&](const SE2d& T_odom_base) {
-    out.transforms.push_back(transform_of(T_map_base * T_odom_base.inverse(), dated,
-                                          options_.map_frame, options_.odom_frame));
+    out.transforms.push_back(map_to_odom(T_map_base, T_odom_base, time));
   };
   if (options_.odometry && motion.odometry) {
     const SE2d joined = motion.odometry->raw();
@@ -307,13 +262,6 @@ void SlamNode::say_pieces(double now_s) {
                      std::to_string(now.pieces - 1),
                  now_s);
   said_ = now;
-}
-
-void SlamNode::wait_for(std::string what, double now_s) {
-  if (!blocked_s_ || what != waits_for_) blocked_s_ = now_s;
-  waits_for_ = std::move(what);
-  if (now_s >= *blocked_s_ + options_.patience_s)
-    notices_.add(Severity::info, waits_for_, "waits for " + waits_for_, now_s);
 }
 
 }  // namespace wayfare::ros

@@ -154,7 +154,7 @@ bool RecordingWriter::knows(const std::string& topic, const MessageType& type) c
 }
 
 Result<void> RecordingWriter::add(const std::string& topic, const MessageType& type,
-                                  const std::string& definition) {
+                                  const std::string& definition, const io::McapMetadata& metadata) {
   if (const auto found = impl_->channels.find(topic); found != impl_->channels.end())
     return Error{ErrorCode::invalid,
                  "has messages of " + found->second.type + ", not of " + std::string(type.name),
@@ -166,9 +166,10 @@ Result<void> RecordingWriter::add(const std::string& topic, const MessageType& t
                               name};
     return {};
   }
-  const auto schema = impl_->mcap->add_schema(ros2_name(type.name), "ros2msg", definition);
+  const auto schema = impl_->mcap->add_schema(ros2_name(type.name),
+                                              definition.empty() ? "" : "ros2msg", definition);
   if (!schema) return schema.error();
-  const auto channel = impl_->mcap->add_channel(topic, "cdr", *schema);
+  const auto channel = impl_->mcap->add_channel(topic, "cdr", *schema, metadata);
   if (!channel) return channel.error();
   impl_->channels[topic] = {*channel, name};
   return {};
@@ -179,6 +180,16 @@ Result<void> RecordingWriter::write_bytes(const std::string& topic, LogTime rece
   const std::uint32_t channel = impl_->channels[topic].id;
   if (impl_->bag) return impl_->bag->write(channel, received, data);
   return impl_->mcap->write(static_cast<std::uint16_t>(channel), received, received, data);
+}
+
+Result<void> RecordingWriter::write_received(const ReceivedTopic& topic, LogTime received,
+                                             std::string_view cdr) {
+  if (impl_->bag)
+    return Error{ErrorCode::invalid, "is a bag of ROS 1, without messages in CDR", impl_->path};
+  const MessageType type{topic.type};
+  if (!knows(topic.name, type))
+    if (auto added = add(topic.name, type, topic.definition, topic.metadata); !added) return added;
+  return write_bytes(topic.name, received, cdr);
 }
 
 Result<void> RecordingWriter::close() {

@@ -191,6 +191,9 @@ WAYFARE_ROS_MESSAGE(PoseWithCovarianceStamped)
 WAYFARE_ROS_MESSAGE(Path)
 WAYFARE_ROS_MESSAGE(OccupancyGrid)
 WAYFARE_ROS_MESSAGE(RadarScan)
+WAYFARE_ROS_MESSAGE(Clock)
+WAYFARE_ROS_MESSAGE(PoseArray)
+WAYFARE_ROS_MESSAGE(ParticleCloud)
 #undef WAYFARE_ROS_MESSAGE
 
 std::string ros2_name(std::string_view ros1_name) {

@@ -15,19 +15,6 @@
 namespace wayfare {
 namespace {
 
-// Adds the odometry in a gap between scans, in steps short enough to be single arcs.
-void add_odometry_of_gap(detail::RecordedLocaliser& localiser, const OdometryTrack& odometry,
-                         LogTime from, LogTime to) {
-  constexpr Duration kStep{500'000'000};
-  if (to - from <= 2 * kStep) return;
-  const auto steps = std::min<std::int64_t>((to - from) / kStep, 7200);
-  for (std::int64_t k = 1; k < steps; ++k) {
-    const LogTime time = from + (to - from) / steps * k;
-    // A step whose time does not advance is refused; the next one covers it.
-    static_cast<void>(localiser.add_motion(time, odometry.at(time)).has_value());
-  }
-}
-
 /// The library's own, which checks its scans itself.
 class RecordedByLibrary final : public detail::RecordedLocaliser {
  public:
@@ -136,7 +123,7 @@ Result<LocalisationRun> detail::run(RecordedLocaliser& localiser, const Recordin
     const SensorScan& scan = scans_in_order[i];
     localiser.before(i);
     if (!run.outcomes.empty())
-      add_odometry_of_gap(localiser, odometry, run.outcomes.back().time, scan.time);
+      detail::add_odometry_of_gap(localiser, odometry, run.outcomes.back().time, scan.time);
     const auto odometry_now = odometry.at(scan.time);
     auto outcome = scan.radar ? localiser.add_radar(scan.time, scan.radar->points, odometry_now)
                               : add_lidar(*scan.lidar, odometry_now);

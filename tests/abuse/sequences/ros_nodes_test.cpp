@@ -16,35 +16,10 @@
 #include <wayfare/ros/serialise.hpp>
 
 #include "abuse/abuse.hpp"
+#include "ros_random_messages.hpp"
 
 namespace wayfare::ros {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000'000;
-const LogTime kStart = LogTime::from_nanoseconds(1000 * kSecond);
-
-double any_number(Rng& rng) {
-  constexpr double kNumbers[] = {0.0,          1.0,           -3.5,    tests::kNan, tests::kInf,
-                                 tests::kHuge, -tests::kHuge, 1.7e308, 1e9,         tests::kTiny};
-  return kNumbers[rng.below(std::size(kNumbers))];
-}
-
-/// A room, seen from a robot that stands in its middle.
-LaserScan scan_message(LogTime time, Rng& rng) {
-  LaserScan m;
-  m.header = header_of(time, rng.below(40) == 0 ? "other" : "laser");
-  m.angle_min = -2.0F, m.angle_max = 2.0F, m.angle_increment = 0.05F;
-  m.range_min = 0.1F, m.range_max = 20.0F;
-  for (int i = 0; i < 81; ++i) {
-    const double a = -2.0 + 0.05 * i;
-    const double wall = std::min(3.0 / std::abs(std::cos(a)), 2.0 / std::abs(std::sin(a) + 1e-9));
-    m.ranges.push_back(static_cast<float>(wall + 0.01 * rng.uniform()));
-  }
-  if (rng.below(8) == 0) m.ranges[rng.below(81)] = static_cast<float>(any_number(rng));
-  if (rng.below(20) == 0) m.angle_increment = static_cast<float>(any_number(rng));
-  if (rng.below(20) == 0) m.ranges.clear();
-  return m;
-}
 
 wayfare::RadarScan radar_scan(LogTime time, Rng& rng) {
   wayfare::RadarScan scan{time, {}};
@@ -109,25 +84,9 @@ class Drive {
     }
   }
 
-  /// Mostly onwards; now and then the same, late, far or not set.
-  LogTime next_time() {
-    switch (rng_.below(25)) {
-      case 0:
-        return time_;
-      case 1:
-        return time_ - Duration(static_cast<std::int64_t>(rng_.below(3 * kSecond)));
-      case 2:
-        return LogTime();
-      case 3:
-        return rng_.below(8) == 0 ? LogTime::from_nanoseconds((1LL << 32) * kSecond - 1) : time_;
-      default:
-        return time_ += Duration(static_cast<std::int64_t>(rng_.below(kSecond / 10)));
-    }
-  }
-
   void call() {
     now_s_ += rng_.uniform(0.0, 0.2);
-    const LogTime time = next_time();
+    const LogTime time = next_time(rng_, time_);
     switch (rng_.below(8)) {
       case 0:
       case 1:
@@ -164,10 +123,7 @@ class Drive {
     ++offers_;
   }
   void add_odometry(LogTime time) {
-    Odometry m = message_of(
-        OdometrySample{time, Transform2<frame::Odom, frame::Base>(
-                                 SE2d(0.01 * rng_.uniform(), 0.0, Angle::degrees(rng_.uniform())))},
-        rng_.below(30) == 0 ? "elsewhere" : "odom", "base_link");
+    Odometry m = odometry_message(time, rng_);
     if (rng_.below(10) == 0) m.pose.pose.position.x = any_number(rng_);
     if (rng_.below(10) == 0) m.pose.pose.position.y = any_number(rng_);
     if (rng_.below(30) == 0) m.pose.pose.orientation.z = any_number(rng_);

@@ -1,4 +1,4 @@
-// Nodes as processes of their own, with a master of the test's own on the loopback address.
+// SLAM as a process, live against offline.
 
 #include <signal.h>
 
@@ -31,7 +31,7 @@ using testing::Live;
 
 Process slam_node(const std::string& patience_s,
                   const Command& options = {"--map-period-s", "0.5"}) {
-  Command command = {WAYFARE_SLAM_NODE, "--patience-s", patience_s, "_settle_s:=1.5"};
+  Command command = {WAYFARE_SLAM_NODE, "--patience-s", patience_s, "--settle-s", "1.5"};
   command.insert(command.end(), options.begin(), options.end());
   return Process(Live::in_its_own_topics(command), Live::path("slam_node.txt"));
 }
@@ -87,8 +87,8 @@ TEST_F(Live, ABagAtTwentyTimesItsSpeedGivesTheOfflineMap) {
   ASSERT_EQ(play_room({}).wait(120.0), 0) << slam.output();
   // No subscriber so far: the map is latched for later ones.
   spin_until(3.0, [] { return false; });
-  const auto maps = listen<ros::OccupancyGrid>("map");
-  const auto paths = listen<ros::Path>("path");
+  const auto maps = listen<ros::OccupancyGrid>("map", ros::Qos::latched());
+  const auto paths = listen<ros::Path>("path", ros::Qos::latched());
   const auto is_there = [&] {
     return !maps->empty() && same_within_a_cell(maps->back(), offline_map()) && !paths->empty();
   };
@@ -190,7 +190,7 @@ TEST_F(Live, ReportsAMissingTransformAndContinuesOnceItIsThere) {
            std::string::npos;
   })) << slam.output();
   EXPECT_TRUE(poses->empty());
-  auto transform = node_->latched_publisher<ros::TfMessage>(topic("tf_static"));
+  auto transform = node_->publisher<ros::TfMessage>(topic("tf_static"), ros::Qos::latched());
   transform.publish(testing::mounting(room_drive()));
   EXPECT_TRUE(spin_until(30.0, [&] { return poses->size() >= 20; })) << slam.output();
   EXPECT_EQ(slam.end(SIGINT), 0);

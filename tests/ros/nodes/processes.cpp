@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -81,6 +82,24 @@ int free_port() {
   ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &n);
   ::close(fd);
   return ntohs(address.sin_port);
+}
+
+unsigned own_domain() {
+  static const unsigned domain = [] {
+    // The last port of the domain before it, which DDS does not use, is the sign that it is taken.
+    for (unsigned i = 0; i < 100; ++i) {
+      const unsigned candidate = (static_cast<unsigned>(::getpid()) + i) % 100 + 1;
+      const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      sockaddr_in address{};
+      address.sin_family = AF_INET;
+      address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      address.sin_port = htons(static_cast<std::uint16_t>(7399 + 250 * candidate));
+      if (::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) return candidate;
+      ::close(fd);
+    }
+    return 101U;
+  }();
+  return domain;
 }
 
 bool is_installed(const std::string& program) {

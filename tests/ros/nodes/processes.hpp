@@ -34,6 +34,10 @@ bool until(double seconds, const std::function<bool()>& done, const std::functio
 /// A free port of the loopback address.
 int free_port();
 
+/// A domain of DDS that no other process has of this function, 1 to 100; the same for the rest of
+/// the process.
+unsigned own_domain();
+
 /// Whether the shell finds a program of this name.
 bool is_installed(const std::string& program);
 

@@ -1,5 +1,7 @@
 #include "room_drive.hpp"
 
+#include <utility>
+
 #include <wayfare/sim/worlds.hpp>
 #include "sim/support.hpp"
 
@@ -17,7 +19,9 @@ const Recording& room_drive() {
   static const Recording recording = [] {
     sim::RobotParams robot;
     robot.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(0.2, 0.0, Angle{}));
-    Recording r = simulate(office_plan("a b c b a d a b"), robot, 1).recording;
+    sim::SimulatedRun run = simulate(office_plan("a b c b a d a b"), robot, 1);
+    Recording r = std::move(run.recording);
+    r.truth = std::move(run.truth);
     const Duration by = from_seconds(1000.0);
     shift(r.scans, by), shift(r.odometry, by), shift(r.truth, by);
     return r;

@@ -213,6 +213,17 @@ TEST(SlamNode, DropsUnusableMessages) {
   EXPECT_THAT(driven.said, HasSubstr("second_laser"));
 }
 
+TEST(Notices, CountErrorsThatWereNotRepeated) {
+  ros::Notices notices(10.0);
+  for (double now_s = 0.0; now_s < 12.0; now_s += 4.0)
+    notices.add(ros::Severity::error, "scan", "left out", now_s);
+  notices.add(ros::Severity::error, "scan", "left out", 12.0);
+  const auto said = notices.take();
+  ASSERT_EQ(said.size(), 2U);
+  EXPECT_EQ(said[0].text, "left out");
+  EXPECT_EQ(said[1].text, "left out (2 more since)");
+}
+
 TEST(Notices, AreRepeatedAfterAWhile) {
   ros::Notices notices(10.0);
   notices.add(ros::Severity::info, "a", "first", 0.0);

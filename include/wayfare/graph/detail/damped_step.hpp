@@ -85,6 +85,8 @@ class DampedStep {
   /// Moves the free poses along the step.
   void apply(Graph& graph);
   void undo(Graph& graph) const { graph.set_values(saved_); }
+  /// The values before `apply`.
+  [[nodiscard]] const typename Graph::Values& before() const { return saved_; }
 
   /// Whether the last factorisation and step succeeded.
   [[nodiscard]] bool solved() const { return outcome_.ok; }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/core/result.hpp>
@@ -50,28 +51,49 @@ class OptimiseControl {
   OptimiseReport& report_;
 };
 
-/// False if a full step could not be computed or did not lower the cost: the poses are then those
-/// before it.
+/// Full steps, after which the cost may lie above the lowest for a few steps: where first errors
+/// are large, the way to the minimum leads over a rise (non-monotone Gauss-Newton, Grippo et al.
+/// 1986). False if a step could not be computed or the cost did not fall again: the poses are then
+/// those of the lowest cost.
 template <class Graph, LinearSolver S>
 bool gauss_newton(DampedStep<Graph, S>& step, Graph& graph, const OptimiseOptions& options,
                   OptimiseReport& report) {
   OptimiseControl control(options, report);
+  std::optional<typename Graph::Values> lowest;  // while the cost is above report.final_cost
+  int rises = 0;
+  double before = report.final_cost;
+  const auto return_to_lowest = [&] {
+    if (!lowest) return;
+    graph.set_values(*lowest);
+    step.linearise(graph, options.kernel);
+  };
   while (control.may_iterate()) {
-    if (!step.compute(0.0)) return false;
+    if (!step.compute(0.0)) {
+      return_to_lowest();
+      return false;
+    }
     ++report.iterations;
     step.apply(graph);
-    const double before = report.final_cost;
     const double after = step.linearise(graph, options.kernel);
-    if (!(after <= before)) {  // NaN too
-      step.undo(graph);
-      step.linearise(graph, options.kernel);
-      const bool at_rounding = after - before <= options.min_relative_gain * before;
-      report.reason = StopReason::converged;
-      return control.refused(0.0) || at_rounding;
+    if (after <= report.final_cost) {
+      report.final_cost = after;
+      lowest.reset();
+      rises = 0;
+      if (control.taken(before, {after, 0.0, step.largest(), true})) return true;
+      before = after;
+      continue;
     }
-    report.final_cost = after;
-    if (control.taken(before, {after, 0.0, step.largest(), true})) return true;
+    if (!lowest) lowest = step.before();
+    const bool at_rounding = after - before <= options.min_relative_gain * before && rises == 0;
+    const bool stopped = control.refused(0.0);
+    before = after;
+    if (at_rounding || stopped || !std::isfinite(after) || ++rises > options.max_rises) {
+      return_to_lowest();
+      if (at_rounding) report.reason = StopReason::converged;
+      return at_rounding || stopped;
+    }
   }
+  return_to_lowest();
   report.reason = StopReason::max_iterations;
   return true;
 }

@@ -2,7 +2,9 @@
 
 // Localisers of any type in a run over a recording.
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -14,6 +16,7 @@
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/localisation.hpp>
+#include <wayfare/sync/odometry_track.hpp>
 
 namespace wayfare::detail {
 
@@ -31,6 +34,20 @@ class RecordedLocaliser {
                                                 const Odometry& odometry) = 0;
   [[nodiscard]] virtual std::vector<PoseParticle> particles() const = 0;
 };
+
+/// Adds the odometry in a gap between scans to a localiser, in steps short enough to be single
+/// arcs.
+template <class L>
+void add_odometry_of_gap(L& localiser, const OdometryTrack& odometry, LogTime from, LogTime to) {
+  constexpr Duration kStep{500'000'000};
+  if (to - from <= 2 * kStep) return;
+  const auto steps = std::min<std::int64_t>((to - from) / kStep, 7200);
+  for (std::int64_t k = 1; k < steps; ++k) {
+    const LogTime time = from + (to - from) / steps * k;
+    // A step whose time does not advance is refused; the next one covers it.
+    static_cast<void>(localiser.add_motion(time, odometry.at(time)).has_value());
+  }
+}
 
 /// Refuses bearings that are not finite, and a scan not later than the last of any sensor.
 Result<void> check_lidar(const LaserScan& scan, const std::optional<LogTime>& last);

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include <wayfare/match/scan_matcher.hpp>
 #include <wayfare/slam/detail/graph_slam/loss_detector.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
 #include <wayfare/slam/detail/graph_slam/placement.hpp>
