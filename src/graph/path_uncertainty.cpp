@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -12,17 +13,34 @@
 
 namespace wayfare {
 
+/// Links sorted by their poses, of one pose in the order of the edges.
 void PathUncertaintyFinder::take_in_new(const PoseGraph2& graph) {
-  WAYFARE_EXPECTS(graph.edges.size() >= edge_covariance_.size(), "edges may only be appended");
-  neighbours_.resize(std::max(graph.poses.size(), neighbours_.size()));
-  for (std::size_t k = edge_covariance_.size(); k < graph.edges.size(); ++k) {
+  WAYFARE_EXPECTS(graph.edges.size() >= edges_, "edges may only be appended");
+  const std::size_t poses = graph.poses.size(), edges = graph.edges.size();
+  known_.resize(edges, Use::unasked);
+  edge_covariance_.resize(edges);
+  if (edges == edges_ && first_.size() == poses + 1) return;
+  edges_ = edges;
+  const auto next = [&](int pose) -> int& { return first_[static_cast<std::size_t>(pose) + 1]; };
+  first_.assign(poses + 1, 0);
+  for (const auto& e : graph.edges) ++next(e.from), ++next(e.to);
+  int sum = 0;  // first_[k + 1] becomes the first link of pose k, and with the links its end
+  for (std::size_t k = 0; k < poses; ++k) sum += std::exchange(first_[k + 1], sum);
+  links_.resize(2 * edges);
+  for (std::size_t k = 0; k < edges; ++k) {
     const auto& e = graph.edges[k];
-    neighbours_[static_cast<std::size_t>(e.from)].push_back({e.to, static_cast<int>(k)});
-    neighbours_[static_cast<std::size_t>(e.to)].push_back({e.from, static_cast<int>(k)});
-    edge_covariance_.emplace_back(e.information.inverse());
-    if (edge_covariance_.back().llt().info() != Eigen::Success)
-      edge_covariance_.back().setConstant(std::numeric_limits<double>::quiet_NaN());  // no offer
+    links_[static_cast<std::size_t>(next(e.from)++)] = {e.to, static_cast<int>(k)};
+    links_[static_cast<std::size_t>(next(e.to)++)] = {e.from, static_cast<int>(k)};
   }
+}
+
+bool PathUncertaintyFinder::has_covariance(const PoseGraph2& graph, std::size_t edge) {
+  if (known_[edge] == Use::unasked) {
+    edge_covariance_[edge] = graph.edges[edge].information.inverse();
+    const bool positive = edge_covariance_[edge].llt().info() == Eigen::Success;
+    known_[edge] = positive ? Use::yes : Use::no;
+  }
+  return known_[edge] == Use::yes;
 }
 
 void PathUncertaintyFinder::reset_result(std::size_t poses, int root) {
@@ -30,7 +48,7 @@ void PathUncertaintyFinder::reset_result(std::size_t poses, int root) {
   result_.size.assign(poses, std::numeric_limits<double>::infinity());
   result_.size[static_cast<std::size_t>(root)] = 0.0;
   open_.assign(1, {0.0, root});
-  use_.assign(edge_covariance_.size(), Use::unasked);
+  use_.assign(edges_, Use::unasked);
 }
 
 void PathUncertaintyFinder::offer(int pose, const Eigen::Matrix3d& covariance) {

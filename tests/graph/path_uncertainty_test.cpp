@@ -1,5 +1,7 @@
 #include <wayfare/graph/path_uncertainty.hpp>
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include <wayfare/core/gaussian.hpp>
@@ -118,6 +120,48 @@ TEST(PathUncertainty, FindsTheMinimumWhereErrorsCancel) {
       EXPECT_LT(known.size[to], (by_this(0, 0) + by_this(1, 1) + 4 * by_this(2, 2)) * (1 + 1e-9));
     }
   }
+}
+
+/// A path with shortcuts, all edges equally uncertain.
+PoseGraph2 path_with_shortcuts(int poses) {
+  PoseGraph2 graph;
+  for (int k = 0; k < poses; ++k) graph.add_pose(SE2d(0.5 * k, 0.0, {}));
+  const auto join = [&](int from, int to) {
+    graph.edges.push_back({from, to, SE2d(0.5 * (to - from), 0.0, {}),
+                           Eigen::Vector3d(400, 400, 4e4).asDiagonal(), false});
+  };
+  for (int k = 1; k < poses; ++k) join(k - 1, k);
+  for (int k = 10; k < poses; k += 10) join(k - 10, k);
+  return graph;
+}
+
+TEST(PathUncertainty, EndsWhenPosesAreSettledAsAsked) {
+  const PoseGraph2 graph = path_with_shortcuts(100);
+  const PathUncertainty all = path_uncertainty(graph, 30, kAll);
+  PathUncertaintyFinder finder;
+  std::vector<int> settled;
+  const PathUncertainty& some = finder.find(graph, 30, kAll, [&](int pose) {
+    settled.push_back(pose);
+    return pose == 45;
+  });
+  EXPECT_EQ(settled.front(), 30);
+  EXPECT_EQ(settled.back(), 45);
+  EXPECT_LT(settled.size(), 60U);
+  for (const int pose : settled)
+    EXPECT_EQ(some.size[static_cast<std::size_t>(pose)], all.size[static_cast<std::size_t>(pose)]);
+  EXPECT_FALSE(some.reached(99));
+}
+
+TEST(PathUncertainty, ForgetsAGraphThatHasChanged) {
+  PoseGraph2 graph = path_with_shortcuts(60);
+  PathUncertaintyFinder finder;
+  (void)finder.find(graph, 0, kAll);
+  graph.edges.erase(graph.edges.begin() + 58, graph.edges.end());  // the last pose and shortcuts
+  graph.poses.pop_back();
+  graph.edges[7].information *= 0.25;
+  finder.forget();
+  const PathUncertainty changed = finder.find(graph, 0, kAll);
+  EXPECT_EQ(changed.size, path_uncertainty(graph, 0, kAll).size);
 }
 
 }  // namespace

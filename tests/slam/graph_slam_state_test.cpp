@@ -84,6 +84,17 @@ TEST_F(GraphSlamOverTwoLaps, MergesTheNodesOfKnownArea) {
   }
 }
 
+// Loops are then matched to the nodes nearest to a candidate, not to those numbered next.
+TEST(GraphSlamState, AMapWithoutSomeOfItsNodesIsMerged) {
+  detail::NodeMap nodes;
+  nodes.start(SE2d(), PointSet());
+  nodes.append(SE2d(1, 0, {}), PointSet(), Eigen::Matrix3d::Identity());
+  EXPECT_FALSE(nodes.merged());
+  nodes.graph().edges.clear();
+  nodes.erase(1);
+  EXPECT_TRUE(nodes.merged());
+}
+
 TEST(GraphSlamState, RefusesWhatIsNotOne) {
   const std::vector<std::uint8_t> saved = GraphSlam().save();
   EXPECT_TRUE(GraphSlam::restore(saved));

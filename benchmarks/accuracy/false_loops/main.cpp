@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <wayfare/eval/table.hpp>
+#include <wayfare/graph/loop_consistency.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/g2o.hpp>
 
@@ -25,6 +26,7 @@ struct Options {
   std::string input, write;
   std::vector<std::string> methods{"cycles"};
   int loops = 1000, first = 1, seeds = 3;
+  bool decidable = false;
 };
 
 /// Shares of one set, in per cent, or of the worst of several.
@@ -108,6 +110,29 @@ void add_row(eval::Table& table, const std::string& set, const std::string& meth
                  eval::fixed(s.worst.processor_s, 2), std::to_string(s.failed)});
 }
 
+/// What could be known at best: the number of true loops that would be accepted among
+/// `o.loops` false ones if all the other true loops were known to be true.
+template <LieGroup G>
+Result<int> count_decidable(const PoseGraph<G>& clean, const Options& o) {
+  LoopConsistencyOptions options;
+  PoseGraph<G> all = clean;
+  const auto scale = optimise_consistent_loops(all, options);
+  if (!scale) return scale.error();
+  options.noise_scale = scale->noise_scale;
+  options.max_false /= 1.0 + o.loops;
+  int decidable = 0;
+  for (std::size_t k = 0; k < clean.edges.size(); ++k) {
+    if (!clean.edges[k].robust) continue;
+    PoseGraph<G> graph = clean;
+    for (auto& edge : graph.edges) edge.robust = false;
+    graph.edges[k].robust = true;
+    const auto found = optimise_consistent_loops(graph, options);
+    if (!found) return found.error();
+    decidable += found->rejected.empty() ? 1 : 0;
+  }
+  return decidable;
+}
+
 template <LieGroup G>
 Result<void> run(const io::GraphFile<G>& file, const Options& o) {
   PoseGraph<G> clean = io::to_pose_graph(file);
@@ -115,6 +140,13 @@ Result<void> run(const io::GraphFile<G>& file, const Options& o) {
     return Error{ErrorCode::degenerate, o.input + ": fewer than 100 poses, or no loops"};
   if (auto done = start_from_chordal(clean); !done) return done;
   if (auto done = optimise(clean); !done) return done.error();
+  if (o.decidable) {
+    const auto count = count_decidable(clean, o);
+    if (!count) return count.error();
+    std::printf("%d true loops would be accepted among %d false ones if all others were known\n",
+                *count, o.loops);
+    return {};
+  }
   eval::Table table({{"false loops"},
                      {"method"},
                      {"found, mean / worst", "%"},
@@ -174,6 +206,8 @@ int main(int argc, char** argv) {
   line.add_number("--first-seed", o.first, 0, 1'000'000, "seed of the first set");
   line.add_number("--seeds", o.seeds, 1, 1'000'000, "number of sets of each kind");
   line.add_option("--rejection", o.methods, "cycles, gnc, dcs, pcm or pcm-scaled").delimiter(',');
+  line.add_flag("--decidable", o.decidable,
+                "instead: the true loops that would be accepted if all others were known");
   line.add_option("--write", o.write, "folder for the sets as g2o files, false loops last")
       .shown_as("DIR");
   line.example("graph.g2o --loops 500 --rejection cycles,gnc", "two methods beside each other");

@@ -41,33 +41,35 @@ struct Relative {
   }
 };
 
-bool agrees(const PoseGraph2& graph, const PoseEdge<SE2d>& edge, const RobustKernel& kernel) {
-  return !edge.robust || kernel(squared_error(graph, edge)).weight > 0.3;
-}
-
 }  // namespace
 
-std::vector<NodeMerger::Link> NodeMerger::links(const NodeMap& nodes) const {
-  std::vector<Link> found;
+NodeMerger::Edges NodeMerger::edges(const NodeMap& nodes) const {
+  Edges found;
   const auto& edges = nodes.graph().edges;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const PoseEdge<SE2d>& e = edges[i];
-    if (e.to == kept_ && e.from < kept_) {
-      found.push_back({i, e.from, e.measurement, Relative(e).covariance});
-    } else if (e.from == kept_ && e.to < kept_) {
+    if (e.to != kept_ && e.from != kept_) continue;
+    if (std::max(e.from, e.to) > kept_) {
+      found.later.push_back(i);
+    } else if (e.to == kept_) {
+      found.links.push_back({i, e.from, e.measurement, Relative(e).covariance});
+    } else {
       const Relative back = Relative(e).inverse();
-      found.push_back({i, e.to, back.pose, back.covariance});
+      found.links.push_back({i, e.to, back.pose, back.covariance});
     }
   }
   return found;
 }
 
-bool NodeMerger::is_known(const NodeMap& nodes, const Link& link) const {
-  constexpr double kReach_m = 0.5;
-  const auto kernel = loop_kernel(options_.loop_kernel_sigmas);
-  return nodes.travel_m(kept_) - nodes.travel_m(link.node) > options_.loop_gap_travel_m &&
-         reach_m(link.covariance) < kReach_m &&
-         agrees(nodes.graph(), nodes.graph().edges[link.edge], kernel);
+bool NodeMerger::is_known(const NodeMap& nodes, int older) {
+  constexpr double kReach_m = 0.5, kLargest_m2 = 0.2;
+  const PathUncertainty& known = uncertainty_from(
+      kept_, nodes.graph(), loop_kernel(options_.loop_kernel_sigmas), uncertainty_, [&](int pose) {
+        return pose == older ||
+               uncertainty_.result().size[static_cast<std::size_t>(pose)] > kLargest_m2;
+      });
+  return known.reached(older) &&
+         reach_m(known.covariance[static_cast<std::size_t>(older)]) < kReach_m;
 }
 
 int NodeMerger::nearest_older(const NodeMap& nodes) const {
@@ -90,33 +92,30 @@ int NodeMerger::nearest_older(const NodeMap& nodes) const {
 void NodeMerger::join_kept(NodeMap& nodes, const std::vector<Link>& links, const Link& anchor) {
   constexpr int kMostEdges = 6;  // of a kept node
   auto& edges = nodes.graph().edges;
-  const auto degree = [&](int node) {
-    return std::ranges::count_if(
-        edges, [&](const PoseEdge<SE2d>& e) { return e.from == node || e.to == node; });
-  };
+  degree_.assign(static_cast<std::size_t>(nodes.size()), 0);
+  const auto degree = [&](int node) -> int& { return degree_[static_cast<std::size_t>(node)]; };
+  for (const PoseEdge<SE2d>& e : edges) ++degree(e.from), ++degree(e.to);
   for (const Link& link : links) {
     if (link.node == anchor.node) continue;
     if (degree(link.node) >= kMostEdges || degree(anchor.node) >= kMostEdges) continue;
     const Relative to_leaving(anchor.T_node_leaving, anchor.covariance);
     const Relative joined = to_leaving * Relative(link.T_node_leaving, link.covariance).inverse();
     edges.push_back({anchor.node, link.node, joined.pose, joined.information(), true});
+    ++degree(link.node), ++degree(anchor.node);
   }
 }
 
-void NodeMerger::merge(NodeMap& nodes, const std::vector<Link>& links, const Link& anchor,
-                       int older, std::vector<ScanPose>& scans) {
+void NodeMerger::merge(NodeMap& nodes, const Edges& own, const Link& anchor, int older,
+                       std::vector<ScanPose>& scans) {
   auto& edges = nodes.graph().edges;
   const Relative to_leaving(anchor.T_node_leaving, anchor.covariance);
-  for (PoseEdge<SE2d>& e : edges) {
-    if (e.from == kept_ && e.to > kept_) {
-      const Relative through = to_leaving * Relative(e);
-      e = {anchor.node, e.to, through.pose, through.information(), e.robust};
-    } else if (e.to == kept_ && e.from > kept_) {
-      const Relative through = to_leaving * Relative(e).inverse();
-      e = {anchor.node, e.from, through.pose, through.information(), e.robust};
-    }
+  for (const std::size_t i : own.later) {
+    PoseEdge<SE2d>& e = edges[i];
+    const bool away = e.from == kept_;
+    const Relative through = to_leaving * (away ? Relative(e) : Relative(e).inverse());
+    e = {anchor.node, away ? e.to : e.from, through.pose, through.information(), e.robust};
   }
-  join_kept(nodes, links, anchor);
+  join_kept(nodes, own.links, anchor);
   std::erase_if(edges, [&](const PoseEdge<SE2d>& e) { return e.from == kept_ || e.to == kept_; });
   const SE2d T_older_leaving = nodes.pose(older).inverse() * nodes.pose(kept_);
   for (auto s = scans.rbegin(); s != scans.rend(); ++s) {
@@ -129,26 +128,35 @@ void NodeMerger::merge(NodeMap& nodes, const std::vector<Link>& links, const Lin
     }
   }
   nodes.erase(kept_);
+  uncertainty_.forget();
+}
+
+const NodeMerger::Link* NodeMerger::anchor(const NodeMap& nodes,
+                                           const std::vector<Link>& links) const {
+  const auto kernel = loop_kernel(options_.loop_kernel_sigmas);
+  const Link* best = nullptr;
+  for (const Link& link : links) {
+    if (!agrees(nodes.graph(), nodes.graph().edges[link.edge], kernel)) continue;
+    if (best == nullptr || link.covariance.trace() < best->covariance.trace()) best = &link;
+  }
+  return best;
 }
 
 int NodeMerger::update(NodeMap& nodes, std::vector<ScanPose>& scans) {
   if (options_.nodes_before_merging <= 0) return 0;
-  const bool on = is_on(nodes);
+  const bool on = merges_nodes(options_, nodes);
   int removed = 0;
   const int window = window_of(options_);
   while (nodes.latest() - kept_ > window) {
     const int older = on && kept_ > 0 ? nearest_older(nodes) : -1;
-    const std::vector<Link> all = older < 0 ? std::vector<Link>() : links(nodes);
-    const Link* anchor = nullptr;
-    for (const Link& link : all)
-      if (is_known(nodes, link) &&
-          (anchor == nullptr || link.covariance.trace() < anchor->covariance.trace()))
-        anchor = &link;
+    const bool known = older >= 0 && is_known(nodes, older);
+    const Edges own = known ? edges(nodes) : Edges();
+    const Link* anchor = this->anchor(nodes, own.links);
     if (anchor == nullptr) {
       ++kept_;
       continue;
     }
-    merge(nodes, all, *anchor, older, scans);
+    merge(nodes, own, *anchor, older, scans);
     ++removed;
   }
   return removed;

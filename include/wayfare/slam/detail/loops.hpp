@@ -49,13 +49,27 @@ struct Loops {
   return {RobustKernelKind::cauchy, sigmas};
 }
 
-/// From a pose of the graph over the edges on which it agrees.
+/// Whether a graph at its poses agrees with an edge.
+[[nodiscard]] inline bool agrees(const PoseGraph2& graph, const PoseEdge<SE2d>& edge,
+                                 const RobustKernel& kernel) {
+  return !edge.robust || kernel(squared_error(graph, edge)).weight > 0.3;
+}
+
+/// From a pose of the graph over the edges on which it agrees, until `settled(pose)`.
+template <class Settled>
+[[nodiscard]] const PathUncertainty& uncertainty_from(int pose, const PoseGraph2& graph,
+                                                      const RobustKernel& kernel,
+                                                      PathUncertaintyFinder& finder,
+                                                      const Settled& settled) {
+  return finder.find(
+      graph, pose, [&](const PoseEdge<SE2d>& edge) { return agrees(graph, edge, kernel); },
+      settled);
+}
+/// The same to all poses.
 [[nodiscard]] inline const PathUncertainty& uncertainty_from(int pose, const PoseGraph2& graph,
                                                              const RobustKernel& kernel,
                                                              PathUncertaintyFinder& finder) {
-  return finder.find(graph, pose, [&](const PoseEdge<SE2d>& edge) {
-    return !edge.robust || kernel(squared_error(graph, edge)).weight > 0.3;
-  });
+  return uncertainty_from(pose, graph, kernel, finder, [](int) { return false; });
 }
 
 /// Three standard deviations of the position along its less certain axis.
@@ -78,9 +92,9 @@ struct Loops {
 }
 
 /// Counts the optimisations that succeed; otherwise the poses stay.
-inline Result<void> optimise(PoseGraphOptimiser<SE2d>& optimiser, PoseGraph2& graph,
-                             const RobustKernel& kernel, int iterations, double min_gain,
-                             std::size_t& count) {
+template <class Optimiser>
+Result<void> optimise(Optimiser& optimiser, PoseGraph2& graph, const RobustKernel& kernel,
+                      int iterations, double min_gain, std::size_t& count) {
   OptimiseOptions options;
   options.kernel = kernel;
   options.max_iterations = iterations;

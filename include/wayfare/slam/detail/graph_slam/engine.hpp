@@ -14,6 +14,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/slam/detail/graph_slam/local_optimiser.hpp>
 #include <wayfare/slam/detail/graph_slam/loop_closer.hpp>
 #include <wayfare/slam/detail/graph_slam/loss_detector.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
@@ -261,7 +262,7 @@ class GraphSlamEngine {
     edges.insert(edges.end(), loops.edges.begin(), loops.edges.end());
     statistics_.loop_closures += loops.edges.size();
     statistics_.loops_refused += loops.refused;
-    if (!loops.edges.empty() && optimise(5, 1e-4)) nodes_have_moved(latest_node());
+    if (!loops.edges.empty() && optimise_after_loops()) nodes_have_moved(latest_node());
     outcome.loop_closures = static_cast<int>(loops.edges.size());
     outcome.matcher_errors.add(loops.errors, "loop");
   }
@@ -272,6 +273,17 @@ class GraphSlamEngine {
     motion_model_.correct(pose_);
     tracker_.nodes_changed();
     joiner_.nodes_changed();
+  }
+
+  /// Where nodes are merged, only as far as the correction reaches: the time of a scan does not
+  /// grow with the map.
+  Result<void> optimise_after_loops() {
+    constexpr int kIterations = 5;
+    constexpr double kMinGain = 1e-4;
+    if (!merges_nodes(options_, nodes_)) return optimise(kIterations, kMinGain);
+    return wayfare::optimise(local_optimiser_.around(nodes_.latest()), nodes_.graph(),
+                             loop_kernel(options_.loop_kernel_sigmas), kIterations, kMinGain,
+                             statistics_.optimisations);
   }
 
   Result<void> optimise(int iterations, double min_gain) {
@@ -294,6 +306,7 @@ class GraphSlamEngine {
   LoopCloser<Matching> loop_closer_;
   PieceJoiner<Matching> joiner_;
   PoseGraphOptimiser<SE2d> optimiser_;
+  LocalOptimiser local_optimiser_;
   NodeMerger merger_;
 
   NodeMap nodes_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -9,6 +10,7 @@
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/slam/detail/graph_slam/local_map.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
+#include <wayfare/slam/detail/graph_slam/node_merger.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
@@ -39,7 +41,7 @@ class LoopCloser {
   /// To be called when nodes were merged into others.
   void nodes_removed(int count) {
     last_searched_ -= count;
-    uncertainty_ = {};
+    uncertainty_.forget();
   }
   /// The node searched last; to be set with a restored graph.
   [[nodiscard]] int& last_searched() { return last_searched_; }
@@ -54,8 +56,8 @@ class LoopCloser {
   /// nearest of the stretch.
   [[nodiscard]] std::vector<Candidate> candidates(const NodeMap& nodes) {
     if (!comes_near(nodes)) return {};
-    const PathUncertainty& known = uncertainty_from(
-        nodes.latest(), nodes.graph(), loop_kernel(options_.loop_kernel_sigmas), uncertainty_);
+    const PathUncertainty& known = uncertainty(nodes);
+    if (merges_nodes(options_, nodes)) return nearest_apart(nodes, known);
     std::vector<Candidate> result;
     double nearest_m = 0.0;
     int misses = 2;  // nodes since the last that qualified; a single miss does not end a stretch
@@ -77,15 +79,59 @@ class LoopCloser {
     return result;
   }
 
+  /// Where nodes were merged, those numbered in succession need not be neighbours: the nearest, and
+  /// the next ones far from it. Others nearby would be matched to nearly the same map: their errors
+  /// are the same, and all together count as if they were independent.
+  [[nodiscard]] std::vector<Candidate> nearest_apart(const NodeMap& nodes,
+                                                     const PathUncertainty& known) const {
+    const double apart_m = 3.0 * options_.loop_map_nodes * options_.node_distance_m;
+    std::vector<std::pair<double, int>> near;
+    for (int k = 0; k < nodes.latest() - options_.loop_gap_nodes; ++k)
+      if (may_share_view(nodes, known, k))
+        near.emplace_back(nodes.distance_m(k, nodes.latest()), k);
+    std::ranges::sort(near);
+    std::vector<Candidate> result;
+    for (const auto& [distance_m, k] : near) {
+      if (static_cast<int>(result.size()) == options_.loops_per_search) break;
+      if (std::ranges::all_of(result, [&, node = k](const Candidate& c) {
+            return nodes.distance_m(c.node, node) > apart_m;
+          }))
+        result.push_back({k, known.covariance[static_cast<std::size_t>(k)]});
+    }
+    return result;
+  }
+
+  /// Of the paths from the latest node. In a map of merged nodes it ends with those that may be
+  /// candidates, most of which are reached within few edges.
+  const PathUncertainty& uncertainty(const NodeMap& nodes) {
+    const auto kernel = loop_kernel(options_.loop_kernel_sigmas);
+    if (!merges_nodes(options_, nodes))
+      return uncertainty_from(nodes.latest(), nodes.graph(), kernel, uncertainty_);
+    wanted_.assign(static_cast<std::size_t>(nodes.size()), false);
+    std::size_t left = 0;
+    for (int k = 0; k < nodes.latest() - options_.loop_gap_nodes; ++k) {
+      if (!is_near(nodes, k) || !has_travelled(nodes, k)) continue;
+      wanted_[static_cast<std::size_t>(k)] = true;
+      ++left;
+    }
+    return uncertainty_from(nodes.latest(), nodes.graph(), kernel, uncertainty_, [&](int pose) {
+      if (wanted_[static_cast<std::size_t>(pose)]) --left;
+      wanted_[static_cast<std::size_t>(pose)] = false;
+      return left == 0;
+    });
+  }
+
   /// Whether the latest node is so near to one of an earlier visit that, at the largest uncertainty
   /// searched, they may share a view: else none is a candidate, at any uncertainty.
   [[nodiscard]] bool comes_near(const NodeMap& nodes) const {
     const int latest = nodes.latest();
     for (int k = 0; k < latest - options_.loop_gap_nodes; ++k)
-      if (!(nodes.distance_m(k, latest) - options_.loop_reach_m >= options_.loop_overlap_m) &&
-          has_travelled(nodes, k))
-        return true;
+      if (is_near(nodes, k) && has_travelled(nodes, k)) return true;
     return false;
+  }
+  [[nodiscard]] bool is_near(const NodeMap& nodes, int k) const {
+    return !(nodes.distance_m(k, nodes.latest()) - options_.loop_reach_m >=
+             options_.loop_overlap_m);
   }
   [[nodiscard]] bool has_travelled(const NodeMap& nodes, int k) const {
     return nodes.travel_m(nodes.latest()) - nodes.travel_m(k) > options_.loop_gap_travel_m;
@@ -98,7 +144,25 @@ class LoopCloser {
     if (!has_travelled(nodes, k)) return false;
     const double reach =
         std::min(reach_m(known.covariance[static_cast<std::size_t>(k)]), options_.loop_reach_m);
-    return nodes.distance_m(k, latest) - reach < options_.loop_overlap_m;
+    return nodes.distance_m(k, latest) - reach < options_.loop_overlap_m && looks_alike(nodes, k);
+  }
+
+  /// Whether a node and the latest look into the same direction, or around. Views into opposite
+  /// directions of a corridor share little: the search moves one over the other along the walls, so
+  /// that more of its points are in the map.
+  [[nodiscard]] static bool looks_alike(const NodeMap& nodes, int k) {
+    constexpr double kLeastCosine = 0.8, kAround = 0.1;
+    const Eigen::Vector2d a = view_direction(nodes, k), b = view_direction(nodes, nodes.latest());
+    const double size = a.norm() * b.norm();
+    return size < kAround || a.dot(b) > kLeastCosine * size;
+  }
+  /// The mean direction of a node's points, in map axes; near zero for a scan all around.
+  [[nodiscard]] static Eigen::Vector2d view_direction(const NodeMap& nodes, int k) {
+    Eigen::Vector2f sum = Eigen::Vector2f::Zero();
+    const PointSet& points = nodes.points(k);
+    for (std::size_t i = 0; i < points.size(); ++i) sum += points[i].normalized();
+    const double count = std::max<double>(1.0, static_cast<double>(points.size()));
+    return nodes.pose(k).rotation() * Eigen::Vector2d(sum.cast<double>() / count);
   }
 
   /// The nodes of the map of a candidate: those of its piece before and after it, or, where nodes
@@ -142,6 +206,7 @@ class LoopCloser {
   GraphSlamOptions options_;
   Matching matching_;
   PathUncertaintyFinder uncertainty_;
+  std::vector<bool> wanted_;  // of each node
   int last_searched_ = 0;
 };
 

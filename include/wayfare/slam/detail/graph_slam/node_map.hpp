@@ -94,6 +94,7 @@ class NodeMap {
       piece.first -= piece.first > k ? 1 : 0;
       piece.before -= piece.before >= k && k > 0 ? 1 : 0;
     }
+    merged_ = true;
     hold_parts();
   }
 
