@@ -13,10 +13,11 @@ using Eigen::Vector2d;
 
 enum Stream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar };
 
-constexpr std::array<WorldName, 3> kWorlds{{
+constexpr std::array<WorldName, 4> kWorlds{{
     {"corridor_loop", "long corridors around a block, 18 m x 30 m, one lap and a bit"},
     {"room", "a room of 6 m x 8 m with a little furniture, two laps"},
     {"cluttered_room", "the same room full of objects, driven to and fro over the same floor"},
+    {"calibration_room", "the room without clutter, both ways round, with turns on the spot"},
 }};
 
 // The walls of a closed polygon, and the posts of recessed doors in them.
@@ -241,13 +242,20 @@ Result<std::vector<RadarScan>> record_radar(const World& world, const Trajectory
 }
 
 }  // namespace
-
 std::span<const WorldName> world_names() { return kWorlds; }
 
 Result<World> make_world(std::string_view name, const Rng& rng) {
   if (name == "corridor_loop") return corridor_loop(rng);
   if (name == "room") return room(rng, false);
   if (name == "cluttered_room") return room(rng, true);
+  if (name == "calibration_room") {
+    World world = room(rng, false);
+    world.carpets.clear();
+    // Where the route reverses, the robot turns on the spot.
+    world.route_m = {{1.2, 1.2}, {4.4, 1.2}, {4.4, 6.4}, {2.0, 6.2}, {1.2, 1.2}, {1.8, 6.0},
+                     {4.4, 6.4}, {4.4, 1.4}, {2.2, 1.4}, {1.6, 3.0}, {3.4, 2.4}, {1.4, 2.2}};
+    return world;
+  }
   std::string message = "there is no world '" + std::string(name) + "'; there are";
   for (const WorldName& world : kWorlds) (message += ' ') += world.name;
   return Error{ErrorCode::not_found, std::move(message)};
