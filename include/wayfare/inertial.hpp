@@ -9,3 +9,4 @@
 #include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/inertial/magnetometer_calibration.hpp>
+#include <wayfare/inertial/radar_inertial_odometry.hpp>

@@ -6,6 +6,7 @@
 #include <wayfare/sim/gnss.hpp>
 #include <wayfare/sim/ins_monte_carlo.hpp>
 #include <wayfare/sim/radar.hpp>
+#include <wayfare/sim/robot_geometry.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 #include <wayfare/sim/walkers.hpp>

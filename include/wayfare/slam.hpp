@@ -11,6 +11,7 @@
 #include <wayfare/slam/pedestrian_slam.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/slam/radar_slam_options.hpp>
+#include <wayfare/slam/robot_calibration.hpp>
 #include <wayfare/slam/run_localisation.hpp>
 #include <wayfare/slam/scan_likelihood.hpp>
 #include <wayfare/slam/scan_outcome.hpp>

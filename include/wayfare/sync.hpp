@@ -6,4 +6,5 @@
 #include <wayfare/sync/clock_fit.hpp>
 #include <wayfare/sync/in_order.hpp>
 #include <wayfare/sync/odometry_track.hpp>
+#include <wayfare/sync/radar_odometry.hpp>
 #include <wayfare/sync/scan_deskewer.hpp>

@@ -120,6 +120,10 @@ CASES = [
                           "--out {out}/robot.log --truth {out}/truth.tum",)),
     Case("simulate_room", ("simulate room --out {out}/robot.log --truth {out}/truth.tum",)),
     Case("simulate_corridor_loop", ("simulate corridor_loop --seed 2 --out {out}/robot.log",)),
+    Case("simulate_calibration_room", ("simulate calibration_room --seed 3 --out {out}/robot.log",)),
+    Case("calibrate_robot", ("calibrate_robot {out:simulate_calibration_room}/robot.log --quiet "
+                             "--corrected {out}/calibrated.log --out {out}",), exit=3),
+    Case("calibration_study", ("calibration_study --runs 1 --quiet",)),
     Case("simulate_voxels", (
         "simulate --voxels {data}/radar/coloradar_rmap/data/maps/arpg_lab_run0_radar.txt.gz "
         "--way {data}/radar/coloradar_rmap/data/poses/arpg_lab_run0.txt --out {out}/robot.log",)),
@@ -132,6 +136,10 @@ CASES = [
                               "--views 20 --frames 3 --all-points",)),
     Case("radar_velocity", ("radar_velocity {data}/radar/rio_demo/ti_mmwave_rospkg_demo.bag.gz "
                             "--stamps received --out {out}",)),
+    Case("radar_velocity_inertial", (
+        "radar_velocity {data}/radar/rio_demo/ti_mmwave_rospkg_demo.bag.gz --stamps received --inertial "
+        "--rotation 0.918681231 -0.386946838 -0.071757109 -0.033880048 "
+        "--lever 0.03 0.03 -0.06 --radar-delay 0.1 --out {out}",)),
     Case("radar_velocity_plane", (
         "radar_velocity {out:simulate_corridor_loop}/robot.log --plane --seed 2 --out {out}",)),
 ]

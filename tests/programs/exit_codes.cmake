@@ -17,7 +17,7 @@ function(bad_file program)
   program_test(${program}_with_a_junk_file 1 "junk.mcap" COMMAND "$<TARGET_FILE:${program}>;${junk}")
 endfunction()
 
-foreach(_program IN ITEMS ahrs compare_methods corridor_ins graph_slam hector_slam match_comparison
+foreach(_program IN ITEMS ahrs calibrate_robot compare_methods corridor_ins graph_slam hector_slam match_comparison
                           pedestrian pose_graph radar_slam radar_velocity submap_slam)
   bad_file(${_program} FILE --out "${_x}_${_program}")
 endforeach()
@@ -60,10 +60,10 @@ foreach(_case IN ITEMS "play_recording" "slam_node;--config" "localise_node;--ma
 endforeach()
 
 # No program is forgotten.
-set(_without_files corridor_study demo endless_runs feet_study hallway_comparison ins_consistency lidar_driver_node
+set(_without_files calibration_study corridor_study demo endless_runs feet_study hallway_comparison ins_consistency lidar_driver_node
     hector_node localisation_table pedestrian_node pedestrian_slam_node pedestrian_slam_study play_recording
-    localise_node radar_driver_node radar_slam_study radar_statistics record_topics ros2_latency slam_node sweep_study
-    xsens_driver_node)
+    localise_node radar_driver_node radar_odometry_study radar_slam_study radar_statistics record_topics ros2_latency
+    slam_node sweep_study xsens_driver_node)
 get_property(_all GLOBAL PROPERTY WAYFARE_PROGRAMS)
 get_property(_with_files GLOBAL PROPERTY WAYFARE_PROGRAMS_WITH_FILES)
 foreach(_program IN LISTS _all)

@@ -1,15 +1,19 @@
 // SLAM by a Rao-Blackwellised particle filter on a recorded log: radar, LiDAR, or both.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <wayfare/eval/table.hpp>
 #include <wayfare/slam/radar_slam.hpp>
+#include <wayfare/sync/radar_odometry.hpp>
 
 #include "config.hpp"
+#include "support/chirp_config.hpp"
 #include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
@@ -19,9 +23,9 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Options : SlamArguments {
-  std::string relations, sensors, config_file;
+  std::string relations, sensors, config_file, chirps;
   std::size_t particles = 0;
-  bool draw_scans = false, relations_by_scan = false;
+  bool draw_scans = false, relations_by_scan = false, radar_odometry = false;
   RadarSlamConfig config;
 };
 
@@ -30,6 +34,8 @@ struct Inputs {
   Truth truth;
   std::vector<eval::Relation> relations;
   SlamSensors sensors = SlamSensors::lidar;
+  std::optional<Chirps> chirps;
+  Facts facts;  ///< of the radar's odometry
   Doubt doubt;
 };
 
@@ -41,6 +47,27 @@ SlamSensors sensors_of(const Options& o, const Recording& recording) {
   return SlamSensors::lidar;
 }
 
+/// By --chirps and --radar-odometry.
+Result<void> prepare_radar(const Options& o, Inputs& inputs) {
+  RadarOdometryOptions odometry;
+  if (!o.chirps.empty()) {
+    const auto chirps = read_chirps(o.chirps);
+    if (!chirps) return chirps.error();
+    inputs.chirps = *chirps;
+    apply(*chirps, odometry.velocity);
+    inputs.recording.radar_max_speed_m_s = chirps->limits.max_speed_mps;
+  }
+  if (!o.radar_odometry) return {};
+  if (inputs.recording.radar.empty())
+    return Error{ErrorCode::not_found, "--radar-odometry: contains no radar points", o.log};
+  const RadarOdometry found = radar_odometry(inputs.recording, odometry);
+  inputs.facts = {{"radar odometry", "wheels replaced for " + eval::fixed(found.slipped_s, 1) +
+                                         " s of slip and " + eval::fixed(found.silent_s, 1) +
+                                         " s of silence"}};
+  inputs.recording = with_radar_odometry(std::move(inputs.recording), odometry);
+  return {};
+}
+
 Result<Inputs> read_inputs(const Options& o) {
   Inputs inputs;
   auto recording = read_robot_log(o.log, o.topics, false, &inputs.doubt);
@@ -48,6 +75,7 @@ Result<Inputs> read_inputs(const Options& o) {
   if (recording->scans.empty() && recording->radar.empty())
     return Error{ErrorCode::not_found, "contains neither laser scans nor radar points", o.log};
   inputs.recording = *std::move(recording);
+  if (auto ok = prepare_radar(o, inputs); !ok) return ok.error();
   auto truth = o.read_truth(inputs.recording);
   if (!truth) return truth.error();
   inputs.truth = *std::move(truth);
@@ -66,9 +94,15 @@ Result<Timed<RadarSlamRun>> run_filter(const Inputs& inputs, const Options& o) {
   options.seed = o.seed;
   if (o.particles > 0) options.particles = o.particles;
   if (options.particles == 0) options.particles = particles_of(inputs.sensors);
+  SyncParams sync = o.config.sync;
+  if (inputs.chirps) {
+    apply(*inputs.chirps, sync.array);
+    options.radar.max_range_m =
+        std::min(options.radar.max_range_m, inputs.chirps->limits.max_range_m);
+  }
   return run_timed("particle filter", o.quiet, [&](ProgressLine& progress) {
     return run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress),
-                          o.config.reckoning, o.config.sync);
+                          o.config.reckoning, sync);
   });
 }
 
@@ -117,6 +151,10 @@ SlamOutputs outputs_of(const Options& o, const Inputs& inputs, const Timed<Radar
        {"took", speed(run.took_s, recording_s, 2)}},
       {}};
   for (const auto& fact : piece_facts(s)) outputs.facts.push_back(fact);
+  for (const auto& fact : inputs.facts) outputs.facts.push_back(fact);
+  if (inputs.chirps)
+    for (const auto& [name, text] : facts_of(*inputs.chirps))
+      outputs.facts.emplace_back("radar " + name, text);
   for (const SensorFault& f : slam.faults)
     outputs.facts.emplace_back("fault", f.what + " from " + eval::fixed(f.from.seconds(), 1) +
                                             " to " + eval::fixed(f.until.seconds(), 1) + " s");
@@ -199,6 +237,10 @@ int main(int argc, char** argv) {
       "also write the paths of all particles: particles.csv, particles.svg, and in the report");
   app.add_flag("--scans", o.draw_scans,
                "also draw the LiDAR and radar points along the path: scans.svg, and in the report");
+  add_chirps(app, o.chirps);
+  app.add_flag("--radar-odometry", o.radar_odometry,
+               "the radar's velocity beside the wheels, and instead of wheels that slip or are "
+               "missing");
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
   add_json(app, o);

@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/motion/radar_velocity.hpp>
 
+#include "inertial.hpp"
+#include "support/chirp_config.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -19,6 +23,8 @@ using namespace wayfare::examples;
 
 struct Options : SlamArguments {
   RadarVelocityOptions velocity;
+  std::string chirps;
+  InertialOptions inertial;
 };
 
 struct Velocities {
@@ -104,7 +110,8 @@ Facts facts_of(const Velocities& f) {
                                 quantile_text(m, 0.5, 3, sigma) + " m/s"}};
 }
 
-Result<void> write_report(const Options& o, const Velocities& f, const Facts& facts) {
+Result<void> write_report(const Options& o, const Velocities& f, const Facts& facts,
+                          const std::optional<InertialResult>& inertial) {
   io::Plot velocity = io::time_plot("Velocity of the radar in its axes", "velocity [m/s]");
   io::Plot inliers = io::time_plot("Inliers", "share of inliers");
   velocity.series = {{"forward", {}, {}}, {"left", {}, {}}, {"up", {}, {}}};
@@ -117,21 +124,39 @@ Result<void> write_report(const Options& o, const Velocities& f, const Facts& fa
   }
   io::Report report("Velocity of a radar from Doppler measurements", o.log);
   report.facts(facts).plot(velocity).plot(inliers);
+  if (inertial) add_plots(*inertial, report);
   return o.write_report(report);
 }
 
-Result<void> run(const Options& o) {
+Result<void> run(Options o) {
+  Facts radar;
+  if (!o.chirps.empty()) {
+    const auto chirps = read_chirps(o.chirps);
+    if (!chirps) return chirps.error();
+    apply(*chirps, o.velocity);
+    for (const auto& [name, text] : facts_of(*chirps)) radar.emplace_back("radar " + name, text);
+  }
   const auto recording = read_robot_log(o.log, o.topics, false);
   if (!recording) return recording.error();
   if (recording->radar.empty())
     return Error{ErrorCode::not_found, "contains no radar points", o.log};
-  if (auto ready = o.prepare({"velocity.csv", "report.html"}); !ready) return ready;
+  if (auto ready = o.prepare({"velocity.csv", "path.tum", "report.html"}); !ready) return ready;
   const Velocities f = estimate(recording->radar, o);
   if (f.found.empty()) return Error{ErrorCode::degenerate, f.first_refusal, o.log};
+  std::optional<InertialResult> inertial;
+  if (o.inertial.use) {
+    auto found = run_inertial(o.inertial, o, f.found);
+    if (!found) return found.error();
+    inertial = *std::move(found);
+  }
   Facts facts = facts_of(f);
-  const auto done = first_error(
-      {io::write_file(o.path("velocity.csv"), csv(f), o.write()), write_report(o, f, facts)});
+  facts.insert(facts.end(), radar.begin(), radar.end());
+  const auto path =
+      inertial ? write_path(*inertial, o.path("path.tum"), o.write()) : Result<void>{};
+  const auto done = first_error({io::write_file(o.path("velocity.csv"), csv(f), o.write()), path,
+                                 write_report(o, f, facts, inertial)});
   if (!done || o.quiet) return done;
+  if (inertial) facts.insert(facts.end(), inertial->facts.begin(), inertial->facts.end());
   if (!f.first_refusal.empty()) facts.emplace_back("first refused", f.first_refusal);
   std::printf("%s\nreport: %s\n", to_text(facts, 18).c_str(), o.path("report.html").c_str());
   return {};
@@ -157,11 +182,15 @@ int main(int argc, char** argv) {
   app.add_option("--min-snr", o.velocity.min_snr_db,
                  "smallest signal-to-noise ratio of a point, dB")
       .show_default();
+  add_chirps(app, o.chirps);
+  o.inertial.add_options(app);
   add_seed(app, o, kSeedHelp);
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
   add_json(app, o);
   app.example("radar.bag --out velocity", "velocity at each frame of a ROS recording");
+  app.example("radar.bag --inertial --lever 0.03 0.03 -0.06 --out path",
+              "the path of a radar and an inertial unit carried together");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("radar_velocity", run(o));
 }

@@ -1,5 +1,6 @@
 // Simulates a robot's run through a floor plan and writes its log.
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -12,6 +13,7 @@
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>
 
+#include "support/chirp_config.hpp"
 #include "support/plans.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
@@ -22,7 +24,7 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Options : OutputArguments {
-  std::string plan, truth, voxels, route;
+  std::string plan, truth, voxels, route, chirps;
   std::vector<std::pair<double, double>> waypoints;
   std::uint64_t seed = 1;
   bool print_plan = false;
@@ -50,6 +52,7 @@ void add_options(CommandLine& app, Options& o) {
   voxels.needs("--way");
   app.add_number("--sweep", o.sweep_ms, 0.0, 10000.0,
                  "time from a scan's first beam to its last, ms; 0: all beams at one instant");
+  add_chirps(app, o.chirps);
   app.add_option("--out", o.out, "the CARMEN log to write").shown_as("FILE");
   app.add_option("--truth", o.truth, "file for the true poses, as a TUM trajectory")
       .shown_as("FILE");
@@ -128,6 +131,33 @@ Result<sim::World> world_of(const Options& o, const Rng& rng) {
   return sim::world_of_voxels(voxels->points_m, route->points_m, {}, rng);
 }
 
+/// The simulated radar with the configuration's grid, limits, field of view and frame rate.
+Result<void> configure(const std::string& path, sim::RadarMount& mount) {
+  constexpr int kAntennas = 8;
+  const auto chirps = read_chirps(path);
+  if (!chirps) return chirps.error();
+  const decode::TiLimits& l = chirps->limits;
+  const decode::TiConfig& c = chirps->config;
+  sim::RadarParams& radar = mount.radar;
+  const auto unsupported = [&](const char* what) {
+    return Error{ErrorCode::unsupported, what, path};
+  };
+  if (l.azimuth_antennas != kAntennas)
+    return unsupported("only radars with eight antennas in a row are simulated");
+  if (static_cast<std::size_t>(l.doppler_bins) <= 2 * (radar.doppler_guard + radar.doppler_window))
+    return unsupported("too few Doppler bins for the simulated detector");
+  radar.range_bin_m = l.range_step_m;
+  radar.doppler_bin_m_s = l.speed_step_mps;
+  radar.doppler_bins = static_cast<std::size_t>(l.doppler_bins);
+  radar.wavelength_m = 3e8 / l.centre_hz;
+  // What the chirps reach is far beyond what a detector of so few points reports.
+  radar.max_range_m = std::min(l.max_range_m, 2.0 * radar.max_range_m);
+  radar.min_range_m = std::max(radar.min_range_m, c.min_range_m);
+  radar.min_azimuth = c.min_azimuth, radar.max_azimuth = c.max_azimuth;
+  mount.period = from_seconds(1e-3 * c.frame.period_ms);
+  return {};
+}
+
 Result<Recording> simulate_in_world(const Options& o) {
   for (const Option& option : o.of_plans)
     if (option.given())
@@ -139,6 +169,8 @@ Result<Recording> simulate_in_world(const Options& o) {
   ProgressLine progress("simulating", o.quiet);
   sim::WorldRobot robot = sim::turtlebot(rng);
   robot.robot.lidar.sweep = o.robot.lidar.sweep;
+  if (!o.chirps.empty())
+    if (auto ok = configure(o.chirps, robot.radar); !ok) return ok.error();
   auto recording = sim::simulate_world(*world, robot, rng, {std::ref(progress), {}});
   if (recording) progress.finish();
   return recording;

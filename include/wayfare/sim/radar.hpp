@@ -102,12 +102,14 @@ struct RadarParams {
   double wavelength_m = 0.003785;   ///< of the carrier
   double min_range_m = 0.5;         ///< nearer points are antenna coupling, and cut off
   double max_range_m = 6.0;         ///< farther points are cut off
-  std::size_t max_points = 100;     ///< capacity of a frame; the farthest are cut off
-  double threshold_db = 9.0;        ///< over the mean of the neighbours, in range and in Doppler
-  std::size_t range_guard = 4;      ///< guard cells on either side
-  std::size_t range_window = 8;     ///< neighbours on either side; the darker side counts
-  std::size_t doppler_guard = 2;    ///< guard cells on either side
-  std::size_t doppler_window = 4;   ///< neighbours on either side, both count
+  Angle min_azimuth = Angle::degrees(-180.0);  ///< field of view: points beyond are cut off
+  Angle max_azimuth = Angle::degrees(180.0);   ///< its other side
+  std::size_t max_points = 100;                ///< capacity of a frame; the farthest are cut off
+  double threshold_db = 9.0;       ///< over the mean of the neighbours, in range and in Doppler
+  std::size_t range_guard = 4;     ///< guard cells on either side
+  std::size_t range_window = 8;    ///< neighbours on either side; the darker side counts
+  std::size_t doppler_guard = 2;   ///< guard cells on either side
+  std::size_t doppler_window = 4;  ///< neighbours on either side, both count
   /// A second point in a cell if the next peak in angle has this share of the first one's power:
   /// the firmware's one half, taken as a ratio of amplitudes, which agrees better with recordings.
   double second_peak = 0.25;

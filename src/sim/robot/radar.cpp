@@ -105,6 +105,8 @@ class Detector {
   void add_point(std::size_t r, std::size_t d, std::size_t azimuth, double snr_db) {
     const double half = 0.5 * static_cast<double>(params_.azimuth_bins);
     const double sine = static_cast<double>(azimuth) / half - 1.0;
+    const Angle bearing = Angle::radians(std::asin(sine));
+    if (bearing < params_.min_azimuth || bearing > params_.max_azimuth) return;
     const double range = static_cast<double>(r) * params_.range_bin_m;
     const std::size_t bins = cube_.dopplers();
     const double doppler =

@@ -15,13 +15,14 @@ using Eigen::Vector2d;
 
 enum Stream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar, kPeople };
 
-constexpr std::array<WorldName, 5> kWorlds{{
+constexpr std::array<WorldName, 6> kWorlds{{
     {"corridor_loop", "long corridors around a block, 18 m x 30 m, one lap and a bit"},
     {"corridor_tee",
      "two corridors that meet in a T, 24 m and 14 m, each driven to its end and back"},
     {"pillar_hall", "a hall of 14 m x 18 m with pillars and four people walking, two laps"},
     {"room", "a room of 6 m x 8 m with a little furniture, two laps"},
     {"cluttered_room", "the same room full of objects, driven to and fro over the same floor"},
+    {"calibration_room", "the room without clutter, both ways round, with turns on the spot"},
 }};
 
 // The walls of a closed polygon, and the posts of recessed doors in them.
@@ -185,7 +186,6 @@ Result<std::vector<RadarScan>> record_radar(const World& world, const Trajectory
 }
 
 }  // namespace
-
 std::span<const WorldName> world_names() { return kWorlds; }
 
 Result<World> make_world(std::string_view name, const Rng& rng) {
@@ -194,6 +194,14 @@ Result<World> make_world(std::string_view name, const Rng& rng) {
   if (name == "pillar_hall") return pillar_hall(rng);
   if (name == "room") return room(rng, false);
   if (name == "cluttered_room") return room(rng, true);
+  if (name == "calibration_room") {
+    World world = room(rng, false);
+    world.carpets.clear();
+    // Where the route reverses, the robot turns on the spot.
+    world.route_m = {{1.2, 1.2}, {4.4, 1.2}, {4.4, 6.4}, {2.0, 6.2}, {1.2, 1.2}, {1.8, 6.0},
+                     {4.4, 6.4}, {4.4, 1.4}, {2.2, 1.4}, {1.6, 3.0}, {3.4, 2.4}, {1.4, 2.2}};
+    return world;
+  }
   std::string message = "there is no world '" + std::string(name) + "'; there are";
   for (const WorldName& world : kWorlds) (message += ' ') += world.name;
   return Error{ErrorCode::not_found, std::move(message)};
