@@ -15,6 +15,7 @@ std::vector<OptionField> hector_slam_fields(HectorSlamOptions& o) {
           option_field("map_travel_m", o.map_travel_m),
           option_field("map_turn_deg", o.map_turn),
           option_field("search_sigmas", o.search_sigmas),
+          option_field("velocity_search_sigmas", o.velocity_search_sigmas),
           option_field("independent_points", o.independent_points),
           option_field("least_score", o.min_score),
           option_field("tracked_score", o.tracked_score),

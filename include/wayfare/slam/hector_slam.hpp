@@ -49,6 +49,9 @@ struct HectorSlamOptions {
   /// Without odometry.
   MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
   double search_sigmas = 4.0;  ///< half width of the search window, in σ of the prediction
+  /// The same of the constant-velocity prediction: in a wider window a scan whose view is blocked
+  /// matches elsewhere.
+  double velocity_search_sigmas = 2.5;
   /// Errors of a scan's points are correlated: the effective number of points against the prior.
   double independent_points = 100.0;
   double min_score = 0.1;       ///< agreement in [0, 1] below which the predicted pose is kept

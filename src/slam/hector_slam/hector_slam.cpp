@@ -91,6 +91,7 @@ class HectorSlamSystem::Engine {
     SE2d pose;
     Eigen::Vector3d sigma;
     Eigen::Matrix3d information;
+    double search_sigmas;
   };
 
   /// The levelled scan, its x axis along the heading.
@@ -125,12 +126,13 @@ class HectorSlamSystem::Engine {
   [[nodiscard]] Predicted predict(LogTime time, const std::optional<SE2d>& odometry) const {
     const Motion motion = motion_model_.predict(time, odometry);
     if (!(level_known_ && carrier_.placed()) || odometry)
-      return {pose_ * motion.increment, motion.sigma, information_of(motion.sigma)};
+      return {pose_ * motion.increment, motion.sigma, information_of(motion.sigma),
+              odometry ? options_.search_sigmas : options_.velocity_search_sigmas};
     Eigen::Matrix3d p = carrier_.planar_covariance();
     p.diagonal() +=
         Eigen::Vector3d(options_.min_sigma_m, options_.min_sigma_m, options_.min_sigma.radians())
             .cwiseAbs2();
-    return {carrier_.planar(), p.diagonal().cwiseSqrt(), p.inverse()};
+    return {carrier_.planar(), p.diagonal().cwiseSqrt(), p.inverse(), options_.search_sigmas};
   }
 
   /// Constant-velocity prediction, where odometry contradicts it.
@@ -171,7 +173,7 @@ class HectorSlamSystem::Engine {
     options.independent_points = options_.independent_points;
     options.prior_information = predicted.information;
     options.covariance = has_imu_;
-    const Eigen::Vector3d reach = options_.search_sigmas * predicted.sigma;
+    const Eigen::Vector3d reach = predicted.search_sigmas * predicted.sigma;
     const double half_m = std::max(reach[0], reach[1]);
     const SearchWindow window{half_m, half_m, Angle::radians(reach[2])};
     Found found = match(points, predicted.pose, window, options);
