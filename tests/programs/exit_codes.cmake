@@ -51,7 +51,7 @@ program_test(tune_without_its_folder 1 "nowhere: does not exist"
 program_test(radar_statistics_without_captures 1 "nowhere"
   COMMAND "$<TARGET_FILE:radar_statistics>;--captures;${_nowhere}")
 # They fail before they look for a master.
-foreach(_case IN ITEMS "play_recording" "slam_node;--config" "localise_node;--map" "hector_node;--config" "pedestrian_slam_node;--config" "pedestrian_node;--calibration" "radar_driver_node;--port;x;--config")
+foreach(_case IN ITEMS "play_recording" "slam_node;--config" "localise_node;--map-file" "hector_node;--config" "pedestrian_slam_node;--config" "pedestrian_node;--calibration" "radar_driver_node;--port;x;--config")
   list(POP_FRONT _case _program)
   if(TARGET ${_program})
     program_test(${_program}_without_its_file 1 "nowhere: does not exist"

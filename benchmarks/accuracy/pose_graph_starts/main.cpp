@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
   line.add_option("--rises", o.rises, "numbers of rises that Gauss-Newton may take").delimiter(',');
   line.add_option("--starts", o.starts, "file, odometry, tree, chordal").delimiter(',');
   line.add_option("--streets", o.streets, "numbers of poses of simulated drives").delimiter(',');
-  line.add_number("--seed", o.drive.seed, 0, 1'000'000'000, "of the simulated drives");
+  line.add_number("--seed", o.drive.seed, 0, 1'000'000'000, "of the random numbers");
   line.add_option("--drift", o.drive.drift_rad_m,
                   "systematic turn of a drive's initial poses, rad/m")
       .show_default();

@@ -25,13 +25,13 @@ struct Arguments {
 };
 
 void add_options(examples::CommandLine& app, Arguments& a) {
-  app.add_file("--map", a.map, "the .yaml file of the map; by default the topic 'map'");
+  app.add_file("--map-file", a.map, "the .yaml file of the map; by default the topic 'map'");
   app.add_option(
          "--initial", a.initial,
          "x, y and heading in the map, m and rad: the pose at the first scan, to within half "
          "a metre and 15 degrees; by default the topic 'initialpose'")
       .expected(3);
-  app.add_flag("--global", a.node.global, "search the whole map until a pose is given");
+  app.add_flag("--global", a.node.global, "search the whole map");
   examples::add_scan_options(app, a.node, a.laser);
   app.add_flag("--odometry-by-tf", a.by_transforms,
                "odometry by the transforms from odom to base on /tf, not by the topic 'odom'");
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
       "geometry_msgs/PoseWithCovarianceStamped on 'amcl_pose', nav2_msgs/ParticleCloud on "
       "'particle_cloud' and the transform from map to odom (REP-105).");
   add_options(app, a);
-  app.example("--map office.yaml", "waits for a pose, as from RViz");
+  app.example("--map-file office.yaml", "waits for a pose, as from RViz");
   app.example("--global", "on the map of the topic, by a search of all of it");
   const auto started = examples::start_node(argc, argv, "localise_node", app);
   if (!started.node) return started.exit_code;

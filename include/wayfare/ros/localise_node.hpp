@@ -88,7 +88,7 @@ class LocaliseNode : public ScanNode {
   };
 
   void restart();
-  void begin_anew(LogTime at);
+  void restart_at(LogTime at);
   [[nodiscard]] bool has_pose(double now_s);
   [[nodiscard]] bool applies(const GivenPose& given, LogTime scan) const;
   [[nodiscard]] Gaussian<SE2d> pose_for(const GivenPose& given, LogTime scan, double now_s);

@@ -171,7 +171,7 @@ class SlamNode : public ScanNode {
   template <class Message>
   void add_radar(const Message& message, RadarMessage kind, double now_s);
   [[nodiscard]] Restart restart();
-  void begin_anew(LogTime at);
+  void restart_at(LogTime at);
 
   [[nodiscard]] bool takes_turns() const { return options_.system == LaserSystem::submap; }
   [[nodiscard]] Result<void> add_turn_rate(const Imu& message, LogTime time);

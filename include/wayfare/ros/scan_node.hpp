@@ -36,7 +36,7 @@ struct ScanNodeOptions {
   double patience_s = 2.0;  ///< longest wait of a scan for other data of its time
 
   // Seconds by the messages' clock.
-  double jump_back_s = 1.0;  ///< scans this much earlier than the last begin anew
+  double jump_back_s = 1.0;  ///< scans this much earlier than the last restart the node
   double post_date_s = 0.1;  ///< transforms are stamped later by this, to be valid until the next
   double odometry_gap_s = 0.5;       ///< odometry older than this is not used for a scan
   std::size_t scans_waiting = 2000;  ///< capacity; the oldest are dropped
@@ -69,7 +69,7 @@ class ScanNode {
     /// A sample of this time is there.
     void hear(LogTime time) { last = time, silent = false; }
   };
-  /// What begins anew where time goes back.
+  /// What restarts where time goes back.
   struct Restart {
     std::string what;                      ///< in the notice, such as "begins a new map"
     std::function<void(LogTime at)> done;  ///< clears the queues

@@ -35,7 +35,9 @@ struct WalkerPart {
 
 /// Body, left leg and right leg at a time. A path shorter than a micrometre is stood on.
 struct WalkerParts {
-  WalkerPart body, left, right;
+  WalkerPart body,  ///< trunk
+      left,         ///< leg
+      right;        ///< leg
 };
 /// Of one walker.
 [[nodiscard]] WalkerParts walker_at(const Walker& walker, LogTime time);

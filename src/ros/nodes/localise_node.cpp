@@ -61,7 +61,7 @@ void LocaliseNode::restart() {
   outcome_.reset();
 }
 
-void LocaliseNode::begin_anew(LogTime at) {
+void LocaliseNode::restart_at(LogTime at) {
   restart();
   laser_.scans.clear();
   laser_.last_received.reset();
@@ -95,7 +95,7 @@ void LocaliseNode::add(const OccupancyGrid& message, double now_s) {
 void LocaliseNode::add(const LaserScan& message, double now_s) {
   const auto time = time_of(message.header.stamp);
   enqueue(laser_, time ? laser_scan_of(message, *time) : Result<wayfare::LaserScan>(time.error()),
-          message.header, now_s, {"starts again", [this](LogTime at) { begin_anew(at); }});
+          message.header, now_s, {"starts again", [this](LogTime at) { restart_at(at); }});
 }
 
 void LocaliseNode::add(const Odometry& message, double now_s) {

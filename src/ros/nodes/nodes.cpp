@@ -46,7 +46,7 @@ void SlamNode::add_radar(const Message& message, RadarMessage kind, double now_s
 }
 
 ScanNode::Restart SlamNode::restart() {
-  return {"begins a new map", [this](LogTime at) { begin_anew(at); }};
+  return {"begins a new map", [this](LogTime at) { restart_at(at); }};
 }
 
 void SlamNode::add(const Odometry& message, double now_s) {
@@ -141,7 +141,7 @@ void SlamNode::add(const TfMessage& message) {
   for (const TransformStamped& t : message.transforms) frames_.add(t);
 }
 
-void SlamNode::begin_anew(LogTime at) {
+void SlamNode::restart_at(LogTime at) {
   slam_.reset();
   stream_.reset();
   odometry_passed_.reset();

@@ -127,7 +127,7 @@ class HectorSlamSystem::Engine {
     const Motion motion = motion_model_.predict(time, odometry);
     if (!(level_known_ && carrier_.placed()) || odometry)
       return {pose_ * motion.increment, motion.sigma, information_of(motion.sigma),
-              odometry ? options_.search_sigmas : options_.velocity_search_sigmas};
+              motion.measured ? options_.search_sigmas : options_.velocity_search_sigmas};
     Eigen::Matrix3d p = carrier_.planar_covariance();
     p.diagonal() +=
         Eigen::Vector3d(options_.min_sigma_m, options_.min_sigma_m, options_.min_sigma.radians())
