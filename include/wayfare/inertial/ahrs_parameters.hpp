@@ -34,7 +34,7 @@ struct AhrsParameters {
 
   bool use_magnetometer = true;  ///< else the heading is by the gyro alone
   /// Magnetic north from true north, clockwise. Zero gives magnetic headings.
-  Angle declination;
+  Angle declination{};
   /// Error of the magnetic heading as white noise, rad·√s: an error of standard deviation s and
   /// correlation time τ gives s·√(2τ).
   double heading_density = 10.0 * kDegree;
@@ -53,7 +53,7 @@ struct AhrsParameters {
   double field_relearn_s = 20.0;
   /// The Earth's field, µT, and its dip below the horizon; NaN: learned from the first readings.
   double field_norm_uT = std::numeric_limits<double>::quiet_NaN();
-  Angle field_dip;  ///< below the horizon
+  Angle field_dip{};  ///< below the horizon
 
   /// Body axis that external headings refer to …
   Eigen::Vector3d heading_axis = Eigen::Vector3d::UnitX();

@@ -26,9 +26,9 @@ std::uint64_t lost_by(const Entity& reader) {
 
 }  // namespace
 
-Result<Entity> Subscription::open(const Qos& qos, dds_on_data_available_fn take) {
+Result<Entity> Subscription::open(const Qos& qos, dds_on_data_available_fn on_data) {
   const std::unique_ptr<dds_listener_t, DeleteListener> listener(dds_create_listener(this));
-  dds_lset_data_available(listener.get(), take);
+  dds_lset_data_available(listener.get(), on_data);
   dds_lset_requested_incompatible_qos(
       listener.get(),
       [](dds_entity_t, const dds_requested_incompatible_qos_status_t status, void* subscription) {

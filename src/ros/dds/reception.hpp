@@ -58,7 +58,7 @@ class Subscription {
   };
   Subscription(Reception& in, TopicOf topic, const Qos& qos, RawCallback callback)
       : in_(in), topic_(std::move(topic)), qos_(qos), callback_(std::move(callback)), less_(qos) {}
-  [[nodiscard]] Result<Entity> open(const Qos& qos, dds_on_data_available_fn take);
+  [[nodiscard]] Result<Entity> open(const Qos& qos, dds_on_data_available_fn on_data);
   // On DDS's thread.
   void take(dds_entity_t reader, bool is_second);
   void refuse(std::uint32_t policy);

@@ -81,11 +81,11 @@ void LocaliseNode::add(const OccupancyGrid& message, double now_s) {
   if (!map) return refuse(map.error());
   if (map_) {
     notices_.add(Severity::info, "another map", "continues on another map", now_s);
-    std::optional<GivenPose> kept = given_;
-    if (outcome_ && outcome_->converged && !kept)
-      kept = GivenPose{outcome_->T_map_base, outcome_->time};
+    if (outcome_ && outcome_->converged && !given_)
+      given_.emplace(GivenPose{outcome_->T_map_base, outcome_->time});
+    auto kept = std::exchange(given_, std::nullopt);
     restart();
-    if (kept) given_ = kept;
+    if (kept) given_.swap(kept);
   }
   map_message_ = message;
   map_ = *std::move(map);
