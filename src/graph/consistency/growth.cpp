@@ -19,19 +19,6 @@
 namespace wayfare::detail {
 namespace {
 
-/// For each pose k > 0 the trusted edge to k − 1, or −1.
-template <LieGroup G>
-std::vector<int> chain_of(const PoseGraph<G>& graph) {
-  std::vector<int> chain(graph.poses.size(), -1);
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-    const PoseEdge<G>& edge = graph.edges[k];
-    if (edge.robust || std::abs(edge.from - edge.to) != 1) continue;
-    int& link = chain[at(std::max(edge.from, edge.to))];
-    if (link < 0) link = static_cast<int>(k);
-  }
-  return chain;
-}
-
 template <LieGroup G>
 constexpr int kAxes = static_cast<int>(G::Vector::RowsAtCompileTime);
 
@@ -53,36 +40,31 @@ LoopGrowth<G>::LoopGrowth(const PoseGraph<G>& graph, const LoopConsistencyOption
       options_(options),
       paths_(graph),
       state_(graph.edges.size(), State::open),
-      pauses_(graph.edges.size(), 0),
       compared_(graph.edges.size(), 0),
       p_values_(graph.edges.size(), 1.0),
       gate_(chi_square_quantile(options.inlier_probability, ManifoldTraits<G>::kDof)),
       scale_(options.noise_scale) {
+  std::vector<int> trusted;
   for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    const int edge = static_cast<int>(k);
     if (graph.edges[k].robust) {
-      open_.push_back(static_cast<int>(k));
+      open_.push_back(edge);
     } else {
-      accept(static_cast<int>(k), 0.0);
+      state_[k] = State::accepted;
+      trusted.push_back(edge);
     }
   }
-  odometry_.assign(graph.poses.size(), G());
+  paths_.accept(trusted);
   measure_spread();
   if (!(scale_ > 0.0)) estimate_scale();
 }
 
-/// Also sets the poses along the chain.
 template <LieGroup G>
 void LoopGrowth<G>::measure_spread() {
-  const std::vector<int> chain = chain_of(graph_);
   typename G::Vector mean = G::Vector::Zero();
-  for (int k = 1; k < graph_.size(); ++k) {
-    const PoseEdge<G>& edge = graph_.edges[at(chain[at(k)])];
-    odometry_[at(k)] =
-        odometry_[at(k - 1)] * (edge.to == k ? edge.measurement : edge.measurement.inverse());
-    mean += odometry_[at(k)].translation() / graph_.size();
-  }
+  for (const G& x : paths_.odometry()) mean += x.translation() / graph_.size();
   double sum = 0.0;
-  for (const G& x : odometry_) sum += (x.translation() - mean).squaredNorm();
+  for (const G& x : paths_.odometry()) sum += (x.translation() - mean).squaredNorm();
   spread_ = 2.0 * sum / (graph_.size() * kAxes<G>);
 }
 
@@ -93,23 +75,12 @@ void LoopGrowth<G>::estimate_scale() {
   constexpr double kQuantile = 0.25, kLeast = 1.0 / 32.0;
   scale_ = 1.0;
   if (open_.empty()) return;
-  // Sums of the edges' covariances, as perturbations in the common frame.
-  const std::vector<int> chain = chain_of(graph_);
-  std::vector<SquareOf<G>> sums(odometry_.size(), SquareOf<G>::Zero());
-  for (int k = 1; k < graph_.size(); ++k) {
-    const int edge = chain[at(k)];
-    const SquareOf<G> move = odometry_[at(graph_.edges[at(edge)].to)].adjoint();
-    sums[at(k)] = sums[at(k - 1)] + move * paths_.covariance(edge) * move.transpose();
-  }
   std::vector<double> squares;
   for (const int k : open_) {
     const PoseEdge<G>& loop = graph_.edges[at(k)];
-    const G& to = odometry_[at(loop.to)];
-    const SquareOf<G> move = to.inverse().adjoint();
-    const SquareOf<G> path =
-        sums[at(std::max(loop.from, loop.to))] - sums[at(std::min(loop.from, loop.to))];
-    const SquareOf<G> s = move * path * move.transpose() + paths_.covariance(k);
-    const TangentOf<G> r = (odometry_[at(loop.from)].inverse() * to).minus(loop.measurement);
+    const LoopPath<G> path = paths_.along_chain(loop.from, loop.to);
+    const SquareOf<G> s = path.covariance + paths_.covariance(k);
+    const TangentOf<G> r = path.across.minus(loop.measurement);
     if (const double d2 = r.dot(s.ldlt().solve(r)); d2 >= 0.0) squares.push_back(d2);
   }
   if (squares.empty()) return;
@@ -141,80 +112,88 @@ auto LoopGrowth<G>::compare(int edge, const LoopPath<G>& path) const -> Agreemen
   return {square, std::min(p_value, 1.0)};
 }
 
+/// Compares the loops for the first time that close a cycle of at most `hops` edges and one.
 template <LieGroup G>
-void LoopGrowth<G>::accept(int edge, double p_value) {
-  p_values_[at(edge)] = p_value;
-  state_[at(edge)] = State::accepted;
-  paths_.accept(edge);
-}
-
-/// Compares the open loops that close a cycle of at most `hops` edges and one. Those that were
-/// found to close none pause for some rounds, unless `all` are asked for.
-template <LieGroup G>
-void LoopGrowth<G>::compare_open(int hops, bool all) {
-  constexpr int kPause = 15;
-  ++rounds_;
-  candidates_.clear();
+void LoopGrowth<G>::reach(int hops) {
+  if (hops <= hops_) return;
+  hops_ = hops;
   LoopPath<G> path;
-  for (const int k : open_) {
-    int& pause = pauses_[at(k)];
-    if (!all && pause > 0) {
-      --pause;
-    } else if (paths_.find(graph_.edges[at(k)], hops, path)) {
-      pause = 0;
-      classify(k, path);
-    } else {
-      pause = kPause;
-    }
+  for (const int k : open_)
+    if (paths_.edges(k) > hops && paths_.find(k, hops, path)) classify(k, path);
+  drop_decided();
+}
+
+/// Compares the open loops again that have shorter paths over edges accepted just now.
+template <LieGroup G>
+void LoopGrowth<G>::compare_shortened(const std::vector<int>& accepted) {
+  constexpr std::size_t kSearches =
+      8;  // between the ends of a loop, in the time of one from an edge
+  int longest = 0;
+  for (const int k : open_) longest = std::max(longest, paths_.edges(k));
+  const auto shorter = [&](int k, const LoopPath<G>& path) { classify(k, path); };
+  if (kSearches * accepted.size() < open_.size()) {
+    for (const int edge : accepted)
+      paths_.shorten(graph_.edges[at(edge)].from, std::min(hops_, longest), open_, shorter);
+  } else {
+    LoopPath<G> path;
+    for (const int k : open_)
+      if (paths_.find(k, std::min(hops_, paths_.edges(k) - 1), path)) classify(k, path);
   }
+  drop_decided();
 }
 
 template <LieGroup G>
-void LoopGrowth<G>::classify(int edge, const LoopPath<G>& path) {
+double LoopGrowth<G>::classify(int edge, const LoopPath<G>& path) {
   const Agreement found = compare(edge, path);
   if (std::exchange(compared_[at(edge)], 1) == 0) ++unaccepted_;
-  if (found.square > gate_) {
-    state_[at(edge)] = State::refused;
-  } else {
-    candidates_.push_back({edge, found.p_value});
-  }
+  if (found.square > gate_) state_[at(edge)] = State::refused;
+  return p_values_[at(edge)] = found.p_value;
 }
 
 template <LieGroup G>
-void LoopGrowth<G>::accept(const Candidate& candidate) {
-  accept(candidate.edge, candidate.p_value);
-  --unaccepted_;
+void LoopGrowth<G>::accept(const std::vector<Candidate>& candidates) {
+  std::vector<int> edges;
+  for (const Candidate& c : candidates) {
+    p_values_[at(c.edge)] = c.p_value;
+    state_[at(c.edge)] = State::accepted;
+    edges.push_back(c.edge);
+    --unaccepted_;
+  }
+  paths_.accept(edges);
   drop_decided();
+  compare_shortened(edges);
 }
 
 /// The most significant candidates: all far below the limit, else the one of the least p-value and
 /// those similar to it.
 template <LieGroup G>
-bool LoopGrowth<G>::accept_most_significant() {
+bool LoopGrowth<G>::accept_most_significant(std::vector<Candidate> candidates) {
   constexpr double kFar = 0.03, kSimilar = 10.0;
+  ++rounds_;
   const double limit = options_.max_false / std::max(1.0, static_cast<double>(unaccepted_));
   double least = 1.0;
-  for (const Candidate& c : candidates_) least = std::min(least, c.p_value);
+  for (const Candidate& c : candidates) least = std::min(least, c.p_value);
   const double enough = std::min(std::max(kSimilar * least, kFar * limit), limit);
-  bool any = false;
-  for (const Candidate& c : candidates_) {
-    if (c.p_value > enough) continue;
-    accept(c.edge, c.p_value);
-    --unaccepted_;
-    any = true;
-  }
-  drop_decided();
-  return any;
+  std::erase_if(candidates, [&](const Candidate& c) { return c.p_value > enough; });
+  if (!candidates.empty()) accept(candidates);
+  return !candidates.empty();
+}
+
+/// The open loops that close a cycle of at most `hops` edges and one.
+template <LieGroup G>
+auto LoopGrowth<G>::candidates(int hops) const -> std::vector<Candidate> {
+  std::vector<Candidate> all;
+  for (const int k : open_)
+    if (paths_.edges(k) <= hops) all.push_back({k, p_values_[at(k)]});
+  return all;
 }
 
 template <LieGroup G>
 void LoopGrowth<G>::run() {
   constexpr int kHops = 16;
   for (int hops = kHops; !open_.empty();) {
-    compare_open(hops, false);
-    if (accept_most_significant()) continue;
-    compare_open(hops, true);
-    if (accept_most_significant()) continue;
+    reach(hops);
+    if (accept_most_significant(candidates(hops))) continue;
     if (hops >= graph_.size()) break;
     hops = std::min(4 * hops, graph_.size());
   }
@@ -247,7 +226,7 @@ double LoopGrowth<G>::joint_log_p_value(const Candidate& first,
                                         const std::vector<int>& region) const {
   const double loops = std::max(1.0, static_cast<double>(unaccepted_));
   LoopGrowth trial(*this);
-  trial.accept(first);
+  trial.accept(std::vector{first});
   trial.run();
   std::map<int, double> p_values;  // the least of each region
   for (const int k : open_) {
@@ -263,14 +242,15 @@ double LoopGrowth<G>::joint_log_p_value(const Candidate& first,
 
 /// The most significant candidates, one of each region.
 template <LieGroup G>
-auto LoopGrowth<G>::most_significant_by_region(const std::vector<int>& region)
+auto LoopGrowth<G>::most_significant_by_region(const std::vector<int>& region) const
     -> std::vector<Candidate> {
   constexpr std::size_t kMost = 32;
-  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+  std::vector<Candidate> all = candidates(graph_.size());
+  std::sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
     return a.p_value < b.p_value || (a.p_value == b.p_value && a.edge < b.edge);
   });
   std::vector<Candidate> first;
-  for (const Candidate& c : candidates_) {
+  for (const Candidate& c : all) {
     const auto same = [&](const Candidate& f) { return region[at(f.edge)] == region[at(c.edge)]; };
     if (first.size() < kMost && std::none_of(first.begin(), first.end(), same)) first.push_back(c);
   }
@@ -280,8 +260,7 @@ auto LoopGrowth<G>::most_significant_by_region(const std::vector<int>& region)
 template <LieGroup G>
 bool LoopGrowth<G>::accept_together() {
   if (open_.empty()) return false;
-  compare_open(graph_.size(), true);
-  drop_decided();
+  reach(graph_.size());
   const std::vector<int> region = regions();
   double least = std::log(std::min(options_.max_false, 1.0));
   Candidate best{-1, 1.0};
@@ -290,7 +269,7 @@ bool LoopGrowth<G>::accept_together() {
     if (sum < least) least = sum, best = c;
   }
   if (best.edge < 0) return false;
-  accept(best);
+  accept(std::vector{best});
   run();
   return true;
 }

@@ -2,6 +2,7 @@
 
 // Acceptance of loops in the order of significance.
 
+#include <utility>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
@@ -57,30 +58,30 @@ class LoopGrowth {
   void measure_spread();
   void estimate_scale();
   [[nodiscard]] Agreement compare(int edge, const LoopPath<G>& path) const;
-  void compare_open(int hops, bool all);
-  void classify(int edge, const LoopPath<G>& path);
-  void accept(const Candidate& candidate);
+  void reach(int hops);
+  void compare_shortened(const std::vector<int>& accepted);
+  double classify(int edge, const LoopPath<G>& path);
+  [[nodiscard]] std::vector<Candidate> candidates(int hops) const;
+  void accept(const std::vector<Candidate>& candidates);
   [[nodiscard]] std::vector<int> regions() const;
-  [[nodiscard]] std::vector<Candidate> most_significant_by_region(const std::vector<int>& region);
+  [[nodiscard]] std::vector<Candidate> most_significant_by_region(
+      const std::vector<int>& region) const;
   [[nodiscard]] double joint_log_p_value(const Candidate& first,
                                          const std::vector<int>& region) const;
   void drop_decided() {
     std::erase_if(open_, [&](int k) { return state_[static_cast<std::size_t>(k)] != State::open; });
   }
-  bool accept_most_significant();
-  void accept(int edge, double p_value);
+  bool accept_most_significant(std::vector<Candidate> candidates);
 
   const PoseGraph<G>& graph_;
   const LoopConsistencyOptions& options_;
   LoopPaths<G> paths_;
-  std::vector<State> state_;    // of every edge
-  std::vector<int> open_;       // loops
-  std::vector<int> pauses_;     // rounds in which a loop is not compared, of every edge
-  std::vector<char> compared_;  // of every edge
-  std::vector<Candidate> candidates_;
-  std::vector<double> p_values_;  // of every accepted edge
+  std::vector<State> state_;      // of every edge
+  std::vector<int> open_;         // loops
+  std::vector<char> compared_;    // of every edge
+  std::vector<double> p_values_;  // of every edge, as it was compared last
+  int hops_ = 0;                  // loops with paths of so many edges at most are compared
   int unaccepted_ = 0;            // loops that were compared
-  std::vector<G> odometry_;       // poses along the chain
   double spread_ = 0.0;           // variance of the distance along an axis between two poses, m²
   double gate_ = 0.0;
   double scale_ = 1.0;
@@ -90,9 +91,15 @@ class LoopGrowth {
 template <LieGroup G>
 template <class Path>
 bool LoopGrowth<G>::accept_by(const Path& path) {
-  candidates_.clear();
-  for (const int k : open_) classify(k, path(graph_.edges[static_cast<std::size_t>(k)]));
-  return accept_most_significant();
+  std::vector<Candidate> candidates;
+  for (const int k : open_) {
+    const double by_path = p_values_[at(k)];
+    const double p_value = classify(k, path(graph_.edges[at(k)]));
+    p_values_[at(k)] = by_path;
+    if (state_[at(k)] == State::open) candidates.push_back({k, p_value});
+  }
+  drop_decided();
+  return accept_most_significant(std::move(candidates));
 }
 
 }  // namespace wayfare::detail
