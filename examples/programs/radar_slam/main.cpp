@@ -63,7 +63,8 @@ Result<void> prepare_radar(const Options& o, Inputs& inputs) {
   const RadarOdometry found = radar_odometry(inputs.recording, odometry);
   inputs.facts = {{"radar odometry", "wheels replaced for " + eval::fixed(found.slipped_s, 1) +
                                          " s of slip and " + eval::fixed(found.silent_s, 1) +
-                                         " s of silence"}};
+                                         " s of silence, radar's speed times " +
+                                         eval::fixed(1.0 / found.radar_scale, 3)}};
   inputs.recording = with_radar_odometry(std::move(inputs.recording), odometry);
   return {};
 }
