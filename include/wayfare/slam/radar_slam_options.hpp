@@ -34,15 +34,19 @@ struct PathDrift {
 /// Parameters of one sensor's scans.
 struct RbpfSensorOptions {
   /// Clamped after a few scans, so that a wall survives later scans that conflict with it.
-  OccupancyGridOptions grid{.min_probability = 0.002, .max_probability = 0.999};
-  OccupancyFieldOptions field{};  ///< field of each particle's map, in which scans are matched
+  /// Fine cells: a scan turned against a wall parallel to the grid's axes looks the same until its
+  /// points leave their row of cells, so that coarse ones leave the heading open.
+  OccupancyGridOptions grid{
+      .resolution_m = 0.025, .min_probability = 0.002, .max_probability = 0.999};
+  /// Field of each particle's map, in which scans are matched.
+  OccupancyFieldOptions field{.sigma_m = 0.03};
   /// If given, scans are matched in the density of detections instead: for a sensor that frees no
   /// cells. One detection counts as much as it did in mapping.
   std::optional<DetectionViewOptions> density{};
   /// Errors of a scan's points are correlated: effective number of points, against the motion and
   /// in the weights; 0: all. Larger: more confidence in the matches, and earlier particle
   /// depletion.
-  double independent_points = 60.0;
+  double independent_points = 0.0;
   /// Scans with fewer points are not matched: the motion model's pose is kept.
   std::size_t min_points = 10;
   /// Agreement with the map in [0, 1] below which a match is rejected.

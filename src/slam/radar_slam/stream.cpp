@@ -56,10 +56,14 @@ enum Stream : std::size_t { kOdometry, kRadar, kLaser, kStreams };
 
 RadarSlamOptions RadarSlamStream::filter_options(const RadarSlamStreamOptions& o) {
   RadarSlamOptions slam = o.slam;
+  if (o.motion == MotionSource::wheels) return slam;
+  slam.lidar.grid.resolution_m = o.reckoning.odometry_cell_m;
+  slam.lidar.field.sigma_m = o.reckoning.odometry_point_sigma_m;
+  slam.lidar.independent_points = o.reckoning.odometry_independent_points;
   if (o.motion == MotionSource::none) {
     // Without odometry the motion must come from frequent scan matches.
     slam.update_time_s = std::min(slam.update_time_s, 1.0);
-  } else if (o.motion == MotionSource::odometry) {
+  } else {
     slam.update_travel_m = o.reckoning.odometry_update_travel_m;
     slam.update_turn = o.reckoning.odometry_update_turn;
     slam.match_skipped = true;
