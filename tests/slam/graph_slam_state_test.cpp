@@ -95,6 +95,18 @@ TEST(GraphSlamState, AMapWithoutSomeOfItsNodesIsMerged) {
   EXPECT_TRUE(nodes.merged());
 }
 
+// Joining pieces removes no node: those numbered next are still those passed next.
+TEST(GraphSlamState, AMapOfJoinedPiecesIsNotMerged) {
+  detail::NodeMap nodes;
+  nodes.start(SE2d(), PointSet());
+  nodes.start(SE2d(50, 0, {}), PointSet());
+  nodes.append(SE2d(51, 0, {}), PointSet(), Eigen::Matrix3d::Identity());
+  nodes.join({{0, 1, SE2d(2, 0, {}), Eigen::Matrix3d::Identity(), true}});
+  EXPECT_EQ(nodes.parts().size(), 1U);
+  EXPECT_NEAR(nodes.pose(2).x(), 3.0, 1e-12);
+  EXPECT_FALSE(nodes.merged());
+}
+
 TEST(GraphSlamState, RefusesWhatIsNotOne) {
   const std::vector<std::uint8_t> saved = GraphSlam().save();
   EXPECT_TRUE(GraphSlam::restore(saved));
