@@ -45,7 +45,7 @@ class Ros2FastDds : public ::testing::Test {
 
 using Exchanged =
     ::testing::Types<ros::LaserScan, ros::PointCloud2, ros::Imu, ros::Odometry, ros::TfMessage,
-                     ros::OccupancyGrid, ros::PoseWithCovarianceStamped, ros::Clock>;
+                     ros::OccupancyGrid, ros::PoseWithCovarianceStamped, ros::PoseArray, ros::Clock>;
 TYPED_TEST_SUITE(Ros2FastDds, Exchanged);
 
 TYPED_TEST(Ros2FastDds, ReadsOurMessagesAndWeRead) {

@@ -1,6 +1,7 @@
 #include "slam_node_program.hpp"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace wayfare::examples {
@@ -11,11 +12,15 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
   ros::SlamNode slam(options);
   auto map = node.publisher<ros::OccupancyGrid>("map", ros::Qos::latched());
   auto path = node.publisher<ros::Path>("path", ros::Qos::latched());
-  auto poses = node.publisher<ros::PoseStamped>("pose");
+  auto poses = node.publisher<ros::PoseWithCovarianceStamped>("pose");
+  std::optional<ros::Publisher<ros::PoseArray>> particles;
+  if (options.sensors != SlamSensors::lidar)
+    particles = node.publisher<ros::PoseArray>("particle_cloud", ros::Qos::sensor_data());
   auto transforms = node.publisher<ros::TfMessage>("/tf");
   const auto publish = [&](const ros::SlamNodeOutput& out) {
     if (!out.transforms.empty()) transforms.publish({out.transforms});
-    for (const ros::PoseStamped& pose : out.poses) poses.publish(pose);
+    for (const auto& pose : out.poses) poses.publish(pose);
+    if (out.particles) particles->publish(*out.particles);
     if (out.path) path.publish(*out.path);
     if (out.map) map.publish(*out.map);
     say_all(node, out.notices);

@@ -178,7 +178,7 @@ TEST_F(Live, SurvivesARestartedPublisherAndTimeGoingBack) {
 
 TEST_F(Live, ReportsAMissingTransformAndContinuesOnceItIsThere) {
   Process slam = slam_node("1");
-  const auto poses = listen<ros::PoseStamped>("pose");
+  const auto poses = listen<ros::PoseWithCovarianceStamped>("pose");
   EXPECT_TRUE(spin_until(30.0, [&] {
     return slam.output().find("waits for laser scans") != std::string::npos;
   })) << slam.output();
