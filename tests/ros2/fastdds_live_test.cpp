@@ -48,11 +48,12 @@ void write_for_peer(const std::string& mcap, const std::string& to) {
 
 /// A drive played by the peer into the node, whose map the peer records, against the offline map.
 void drive_on_fastdds(const Recording& drive, const std::string& map_period_s) {
-  auto mcap = ros::RecordingWriter::create(Live::path("robot.mcap"));
+  const std::string log = Live::path(std::to_string(drive.scans.size()) + " scans.mcap");
+  auto mcap = ros::RecordingWriter::create(log);
   ASSERT_TRUE(mcap);
   ASSERT_TRUE(ros::write_robot(*mcap, drive));
   ASSERT_TRUE(mcap->close());
-  write_for_peer(Live::path("robot.mcap"), Live::path("robot.records"));
+  write_for_peer(log, Live::path("robot.records"));
   const auto offline =
       ros::message_of(io::grid_image(run_submap_slam(drive)->map), drive.scans.back().time, "map");
   Process slam(Live::in_its_own_topics({WAYFARE_SLAM_NODE, "--patience-s", "20", "--settle-s",
@@ -96,9 +97,9 @@ std::vector<M> as_received(const std::string& records, const std::vector<M>& our
   std::vector<M> messages;
   for (const peer::Record& record : peer::read_records(records)) {
     const auto message = ros::from_cdr<M>(record.bytes);
-    EXPECT_TRUE(message && std::ranges::any_of(ours, [&](const M& m) {
-      return ros::to_cdr(m) == record.bytes;
-    })) << message->header.stamp.sec;
+    EXPECT_TRUE(message && std::ranges::any_of(
+                               ours, [&](const M& m) { return ros::to_cdr(m) == record.bytes; }))
+        << message->header.stamp.sec;
     if (message) messages.push_back(*message);
   }
   return messages;
@@ -114,14 +115,13 @@ TEST_F(Live, PosesWithCovarianceAndParticlesReachFastDds) {
   const auto particles = listen<ros::PoseArray>("particle_cloud", ros::Qos::sensor_data());
   const auto recorder = [&](const std::string& name, const std::string& type, int count,
                             Command qos) {
-    Command command = {WAYFARE_FASTDDS_PEER,  "record",      "rt" + topic(name), type,
-                       std::to_string(count), path(name),    "--timeout-s",      "60"};
+    Command command = {WAYFARE_FASTDDS_PEER,  "record",   "rt" + topic(name), type,
+                       std::to_string(count), path(name), "--timeout-s",      "60"};
     command.insert(command.end(), qos.begin(), qos.end());
     return Process(command, path(name + ".txt"));
   };
   Process rviz = recorder("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", 20, {});
-  Process cloud =
-      recorder("particle_cloud", "geometry_msgs/msg/PoseArray", 3, {"--best-effort"});
+  Process cloud = recorder("particle_cloud", "geometry_msgs/msg/PoseArray", 3, {"--best-effort"});
   Process slam(in_its_own_topics({WAYFARE_SLAM_NODE, "--patience-s", "20", "--settle-s", "1.5",
                                   "--sensors", "both", "--particles", "4"}),
                path("slam_of_poses.txt"));

@@ -26,9 +26,7 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
     say_all(node, out.notices);
   };
   bool clock_checked = false;
-  node.subscribe<ros::TfMessage>("/tf_static", ros::Qos::latched(2000),
-                                 [&](const auto& m) { slam.add(m); });
-  node.subscribe<ros::TfMessage>("/tf", queue, [&](const auto& m) { slam.add(m); });
+  subscribe_to_transforms(node, [&](const auto& m) { slam.add(m); });
   if (options.odometry)
     node.subscribe<ros::Odometry>("odom", queue, [&](const auto& m) { slam.add(m, steady_s()); });
   if (options.imu)
@@ -45,11 +43,7 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
     node.subscribe<ros::RadarScan>("radar", queue, take);
     node.subscribe<ros::PointCloud2>("radar_points", queue, take);
   }
-  while (node.ok()) {
-    node.spin(slam.busy() ? 0.0 : 0.05);
-    publish(slam.work(steady_s()));
-  }
-  say_counts(node, slam);
+  process_scans(node, slam, publish);
 }
 
 }  // namespace
@@ -94,6 +88,12 @@ void add_threads(CommandLine& app, SlamNodeArguments& a) {
 void add_resolution(CommandLine& app, SlamNodeArguments& a) {
   app.add_positive("--resolution-m", a.node.map.resolution_m,
                    "cell size of the published map, with laser scans only");
+}
+
+void subscribe_to_transforms(ros::Node& node,
+                             const std::function<void(const ros::TfMessage&)>& take) {
+  node.subscribe<ros::TfMessage>("/tf_static", ros::Qos::latched(2000), take);
+  node.subscribe<ros::TfMessage>("/tf", ros::Qos::queue(2000), take);
 }
 
 void say_counts(const ros::Node& node, const ros::ScanNode& scans) {

@@ -107,7 +107,8 @@ class ScanFilter {
     const SE2d& updated = filter_->particles()[filter_->best()].pose;
     return StampedPose{scans_.back().time, MapPose(updated * scans_.back().since)};
   }
-  /// Relative to the start: of the best particle's path, and of the particles about its end.
+  /// Relative to the start: of the best particle's path, of the particles about its end, and of the
+  /// motion since.
   [[nodiscard]] Eigen::Matrix3d covariance() const {
     if (!filter_) return Eigen::Matrix3d::Zero();
     const SE2d& best = filter_->particles()[filter_->best()].pose;
@@ -116,7 +117,8 @@ class ScanFilter {
       const Eigen::Vector3d off = filter_->particles()[i].pose.minus(best);
       sum += std::exp(filter_->log_weights()[i]) * off * off.transpose();
     }
-    return sum;
+    const Gaussian<SE2d> since{scans_.back().since, moved_.raw.covariance};
+    return compose(Gaussian<SE2d>{best, sum}, since).covariance;
   }
   /// Of scans.
   [[nodiscard]] std::size_t size() const { return scans_.size(); }
