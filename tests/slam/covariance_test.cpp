@@ -9,6 +9,7 @@
 #include <iterator>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -132,7 +133,7 @@ Consistency over_seeds(const char* what, std::uint64_t first, std::uint64_t last
   return all;
 }
 
-void study(std::uint64_t first, std::uint64_t last) {
+void study_plans(std::uint64_t first, std::uint64_t last) {
   for (const bool has_odometry : {true, false}) {
     const std::string with = has_odometry ? "" : " by scans alone";
     for (const auto& [name, plan] :
@@ -164,29 +165,35 @@ void study(std::uint64_t first, std::uint64_t last) {
     const auto run = simulate(kCorridor, robot, seed);
     follow<SubmapSlam>(run.recording, run.truth, SubmapSlamOptions(), found);
   });
+}
+
+Recording drive_through(std::string_view world, std::uint64_t seed) {
+  const Rng rng(seed);
+  return *sim::simulate_world(*sim::make_world(world, rng), sim::turtlebot(rng), rng);
+}
+void study_worlds(std::uint64_t first, std::uint64_t last) {
   for (const auto& world : sim::world_names()) {
     const std::string name(world.name);
-    const auto simulated = [&](std::uint64_t seed) {
-      const Rng rng(seed);
-      return *sim::simulate_world(*sim::make_world(name, rng), sim::turtlebot(rng), rng);
-    };
-    over_seeds(("submap " + name).c_str(), first, first + 1, [&](auto seed, auto& found) {
-      const Recording r = simulated(seed);
+    over_seeds(("submap " + name).c_str(), first, last, [&](auto seed, auto& found) {
+      const Recording r = drive_through(name, seed);
       follow<SubmapSlam>(r, r.truth, SubmapSlamOptions(), found);
     });
-    over_seeds(("hector " + name).c_str(), first, first + 1, [&](auto seed, auto& found) {
-      const Recording r = simulated(seed);
+    over_seeds(("hector " + name).c_str(), first, last, [&](auto seed, auto& found) {
+      const Recording r = drive_through(name, seed);
       follow<HectorSlam>(r, r.truth, HectorSlamOptions(), found);
     });
+  }
+}
+void study_particles(std::uint64_t first, std::uint64_t last) {
+  for (const auto& world : sim::world_names())
     for (const auto& [sensors, by] : {std::pair{SlamSensors::lidar, "particles lidar "},
                                       {SlamSensors::both, "particles both "},
                                       {SlamSensors::radar, "particles radar "}})
-      over_seeds((by + name).c_str(), first, first + 1,
+      over_seeds((by + std::string(world.name)).c_str(), first, last,
                  [&, sensors = sensors](auto seed, auto& found) {
-                   const Recording r = simulated(seed);
+                   const Recording r = drive_through(world.name, seed);
                    follow_by_particles(r, r.truth, sensors, found);
                  });
-  }
 }
 
 // Errors within a drive hang together: in the worst case a drive is one sample. So a consistent
@@ -245,8 +252,11 @@ TEST(SlamCovariance, GrowsByTheMotionUntilScansMatchAgain) {
 }
 
 // Figures of the report; takes minutes: enabled on request.
-TEST(SlamCovariance, DISABLED_Study) { study(1, 10); }
-TEST(SlamCovariance, DISABLED_StudyOfOtherSeeds) { study(101, 120); }
+TEST(SlamCovarianceStudy, DISABLED_Plans) { study_plans(1, 10); }
+TEST(SlamCovarianceStudy, DISABLED_PlansOfOtherSeeds) { study_plans(101, 120); }
+TEST(SlamCovarianceStudy, DISABLED_Worlds) { study_worlds(1, 3); }
+TEST(SlamCovarianceStudy, DISABLED_WorldsOfOtherSeeds) { study_worlds(101, 104); }
+TEST(SlamCovarianceStudy, DISABLED_Particles) { study_particles(1, 2); }
 
 }  // namespace
 }  // namespace wayfare

@@ -152,9 +152,9 @@ class SubmapSlamSystem {
   [[nodiscard]] const LocalPlacement& local() const;
   /// Of the latest pose relative to the first one kept in its part of the map, a right
   /// perturbation: x and y along the base's axes, m², and heading, rad². It is that of the path to
-  /// the latest node by `SubmapSlamOptions::drift` and the loops closed, then that of the last match
-  /// and of the motion since. Found again for each node, in a time that grows with the graph. After
-  /// `restore` from the next match on.
+  /// the latest node by `SubmapSlamOptions::drift` and the loops closed, then that of the last
+  /// match and of the motion since. Found again for each node, in a time that grows with the graph.
+  /// After `restore` from the next match on.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
   /// Of all nodes kept, at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},

@@ -141,7 +141,8 @@ void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
   placed(time, {outcome->T_map_base.raw(), slam_->covariance()}, now_s, out);
 }
 
-void SlamNode::placed(LogTime time, const Gaussian<SE2d>& T_map_base, double now_s, SlamNodeOutput& out) {
+void SlamNode::placed(LogTime time, const Gaussian<SE2d>& T_map_base, double now_s,
+                      SlamNodeOutput& out) {
   const MotionHint motion = hint(time);
   last_scan_ = time;
   last_placed_s_ = now_s;

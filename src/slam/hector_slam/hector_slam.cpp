@@ -193,7 +193,7 @@ class HectorSlamSystem::Engine {
       return outcome;
     }
     pose_ = (*found)->T_map_points;
-    placed_ = covariance_of(**found);
+    placed_ = open_direction(**found, points).widen(covariance_of(**found));
     if (has_imu_ && (*found)->covariance) fuse_match(**found, points, predicted.pose);
     outcome.score = (*found)->score;
     outcome.matched = true;
