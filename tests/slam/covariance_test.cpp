@@ -185,6 +185,13 @@ void study_worlds(std::uint64_t first, std::uint64_t last) {
   }
 }
 void study_particles(std::uint64_t first, std::uint64_t last) {
+  for (const auto& [name, plan] :
+       {std::pair<std::string, std::string>{"ring", std::string(kRing)}, {"office", kOffice}})
+    over_seeds(("particles lidar " + name).c_str(), first, last,
+               [&, plan = plan](auto seed, auto& found) {
+                 const auto run = simulate(plan, slipping_robot(), seed);
+                 follow_by_particles(run.recording, run.truth, SlamSensors::lidar, found);
+               });
   for (const auto& world : sim::world_names())
     for (const auto& [sensors, by] : {std::pair{SlamSensors::lidar, "particles lidar "},
                                       {SlamSensors::both, "particles both "},
