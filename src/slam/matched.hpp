@@ -48,6 +48,14 @@ namespace wayfare {
   return match.covariance.value_or(Eigen::Matrix3d::Zero());
 }
 
+/// What of a match's covariance stays in the map: errors of single scans average out, that along a
+/// direction which the scene leaves open does not.
+[[nodiscard]] inline Eigen::Matrix3d lasting_covariance(const Eigen::Matrix3d& matched) {
+  constexpr double kOpen_m = 0.1;
+  const bool is_open = matched.topLeftCorner<2, 2>().trace() > kOpen_m * kOpen_m;
+  return is_open ? matched : Eigen::Matrix3d(Eigen::Matrix3d::Zero());
+}
+
 /// By the matcher's constraint, else by its covariance; no direction is open if it gives neither.
 [[nodiscard]] inline OpenDirection open_direction(const MatchResult& match,
                                                   const PointSet& points) {

@@ -79,6 +79,7 @@ void add_submap_counts(std::vector<Choice<Options>>& all, Part part) {
   all.push_back({"loops_per_search", [=](O& o, int n) { part(o).loops_per_search = n; }});
   all.push_back({"tables_kept", [=](O& o, int n) { part(o).tables_kept = n; }});
   all.push_back({"max_submaps", [=](O& o, int n) { part(o).max_submaps = n; }});
+  all.push_back({"forgotten poses", [=](O& o, int n) { part(o).max_forgotten_poses = n; }});
   all.push_back({"threads", [=](O& o, int n) { part(o).threads = n; }});
   all.push_back({"match iterations", [=](O& o, int n) { part(o).match.max_iterations = n; }});
 }

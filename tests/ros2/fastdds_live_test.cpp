@@ -2,6 +2,7 @@
 
 #include <signal.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -47,11 +48,12 @@ void write_for_peer(const std::string& mcap, const std::string& to) {
 
 /// A drive played by the peer into the node, whose map the peer records, against the offline map.
 void drive_on_fastdds(const Recording& drive, const std::string& map_period_s) {
-  auto mcap = ros::RecordingWriter::create(Live::path("robot.mcap"));
+  const std::string log = Live::path(std::to_string(drive.scans.size()) + " scans.mcap");
+  auto mcap = ros::RecordingWriter::create(log);
   ASSERT_TRUE(mcap);
   ASSERT_TRUE(ros::write_robot(*mcap, drive));
   ASSERT_TRUE(mcap->close());
-  write_for_peer(Live::path("robot.mcap"), Live::path("robot.records"));
+  write_for_peer(log, Live::path("robot.records"));
   const auto offline =
       ros::message_of(io::grid_image(run_submap_slam(drive)->map), drive.scans.back().time, "map");
   Process slam(Live::in_its_own_topics({WAYFARE_SLAM_NODE, "--patience-s", "20", "--settle-s",
@@ -87,6 +89,57 @@ TEST_F(Live, DISABLED_AWholeRealLogOnFastDdsGivesTheOfflineMap) {
   if (!is_ros2()) GTEST_SKIP() << "is of ROS 2";
   WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
   drive_on_fastdds(io::read_carmen(log)->recording, "5");
+}
+
+/// As the peer received them, each equal to one that we received.
+template <class M>
+std::vector<M> as_received(const std::string& records, const std::vector<M>& ours) {
+  std::vector<M> messages;
+  for (const peer::Record& record : peer::read_records(records)) {
+    const auto message = ros::from_cdr<M>(record.bytes);
+    EXPECT_TRUE(message && std::ranges::any_of(
+                               ours, [&](const M& m) { return ros::to_cdr(m) == record.bytes; }))
+        << message->header.stamp.sec;
+    if (message) messages.push_back(*message);
+  }
+  return messages;
+}
+
+TEST_F(Live, PosesWithCovarianceAndParticlesReachFastDds) {
+  if (!is_ros2()) GTEST_SKIP() << "is of ROS 2";
+  const Recording& drive = testing::radar_drive();
+  auto mcap = ros::RecordingWriter::create(path("radar.mcap"));
+  ASSERT_TRUE(mcap && ros::write_robot(*mcap, drive) && mcap->close());
+  using Pose = ros::PoseWithCovarianceStamped;
+  const auto poses = listen<Pose>("pose");
+  const auto particles = listen<ros::PoseArray>("particle_cloud", ros::Qos::sensor_data());
+  const auto recorder = [&](const std::string& name, const std::string& type, int count,
+                            Command qos) {
+    Command command = {WAYFARE_FASTDDS_PEER,  "record",   "rt" + topic(name), type,
+                       std::to_string(count), path(name), "--timeout-s",      "60"};
+    command.insert(command.end(), qos.begin(), qos.end());
+    return Process(command, path(name + ".txt"));
+  };
+  Process rviz = recorder("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", 20, {});
+  Process cloud = recorder("particle_cloud", "geometry_msgs/msg/PoseArray", 3, {"--best-effort"});
+  Process slam(in_its_own_topics({WAYFARE_SLAM_NODE, "--patience-s", "20", "--settle-s", "1.5",
+                                  "--sensors", "both", "--particles", "4"}),
+               path("slam_of_poses.txt"));
+  spin_until(kMeanwhile_s, [] { return false; });
+  auto player = play(path("radar.mcap"), {"/scan", "/odom", "/radar"});
+  EXPECT_TRUE(spin_until(60.0, [&] { return rviz.wait(0.0) == 0 && cloud.wait(0.0) == 0; }))
+      << rviz.output() << cloud.output() << slam.output();
+  EXPECT_EQ(player.wait(60.0), 0);
+  EXPECT_EQ(slam.end(SIGTERM), 0) << slam.output();
+  const auto received = as_received(path("pose"), *poses);
+  ASSERT_EQ(received.size(), 20U);
+  for (const Pose& pose : received) {
+    EXPECT_EQ(pose.header.frame_id, "map");
+    EXPECT_TRUE(ros::gaussian_of(pose.pose));
+  }
+  EXPECT_GT(received.back().pose.covariance[0], 0.0);
+  for (const ros::PoseArray& array : as_received(path("particle_cloud"), *particles))
+    EXPECT_EQ(array.poses.size(), 4U);
 }
 
 TEST_F(Live, WhatFastDdsSendsDamagedIsRefusedAndCounted) {

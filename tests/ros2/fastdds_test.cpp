@@ -43,9 +43,9 @@ class Ros2FastDds : public ::testing::Test {
   testing::TemporaryFolder folder_;
 };
 
-using Exchanged =
-    ::testing::Types<ros::LaserScan, ros::PointCloud2, ros::Imu, ros::Odometry, ros::TfMessage,
-                     ros::OccupancyGrid, ros::PoseWithCovarianceStamped, ros::Clock>;
+using Exchanged = ::testing::Types<ros::LaserScan, ros::PointCloud2, ros::Imu, ros::Odometry,
+                                   ros::TfMessage, ros::OccupancyGrid,
+                                   ros::PoseWithCovarianceStamped, ros::PoseArray, ros::Clock>;
 TYPED_TEST_SUITE(Ros2FastDds, Exchanged);
 
 TYPED_TEST(Ros2FastDds, ReadsOurMessagesAndWeRead) {

@@ -95,6 +95,45 @@ TEST(GraphSlamState, AMapWithoutSomeOfItsNodesIsMerged) {
   EXPECT_TRUE(nodes.merged());
 }
 
+/// Of two laps around a square of 10 m, with a node every metre; the number of nodes
+/// removed.
+int removed_by_merging(double step_sigma_m) {
+  GraphSlamOptions options = merging();
+  options.local_nodes = options.sharp_nodes = options.loop_gap_nodes = 0;
+  detail::NodeMap nodes;
+  detail::NodeMerger merger(options);
+  std::vector<ScanPose> scans;
+  const Eigen::Matrix3d information =
+      Eigen::Vector3d(step_sigma_m, step_sigma_m, 1e-3).cwiseAbs2().cwiseInverse().asDiagonal();
+  SE2d pose;
+  nodes.start(pose, PointSet());
+  int removed = 0;
+  for (int step = 1; step <= 80; ++step) {
+    pose = pose * SE2d(1.0, 0.0, step % 10 == 0 ? Angle::degrees(90) : Angle());
+    nodes.append(pose, PointSet(), information);
+    removed += merger.update(nodes, scans);
+  }
+  return removed;
+}
+
+// The uncertainty of a lap is three standard deviations of 40 steps, about 1 m and 4 m.
+TEST(GraphSlamState, NodesAreMergedWhereTheySurelyShareTheViewOfOlderOnes) {
+  EXPECT_GT(removed_by_merging(0.05), 0);
+  EXPECT_EQ(removed_by_merging(0.20), 0);
+}
+
+// Joining pieces removes no node: those numbered next are still those passed next.
+TEST(GraphSlamState, AMapOfJoinedPiecesIsNotMerged) {
+  detail::NodeMap nodes;
+  nodes.start(SE2d(), PointSet());
+  nodes.start(SE2d(50, 0, {}), PointSet());
+  nodes.append(SE2d(51, 0, {}), PointSet(), Eigen::Matrix3d::Identity());
+  nodes.join({{0, 1, SE2d(2, 0, {}), Eigen::Matrix3d::Identity(), true}});
+  EXPECT_EQ(nodes.parts().size(), 1U);
+  EXPECT_NEAR(nodes.pose(2).x(), 3.0, 1e-12);
+  EXPECT_FALSE(nodes.merged());
+}
+
 TEST(GraphSlamState, RefusesWhatIsNotOne) {
   const std::vector<std::uint8_t> saved = GraphSlam().save();
   EXPECT_TRUE(GraphSlam::restore(saved));

@@ -70,12 +70,34 @@ TEST(LocalOptimiser, OptimisesAllOfASmallGraph) {
   EXPECT_NEAR(cost_of(graph), cost_of(best), 1e-6 * cost_of(best));
 }
 
+// The edges of the first pose alone say that it looks one degree to the left: the optimum with that
+// pose held turns all others about it, the far corner by 1 m.
+TEST(LocalOptimiser, KeepsThePlaceOfTheMapWhereAllPosesAreOptimised) {
+  PoseGraph2 graph = noisy_lattice(kSide);
+  const PoseGraph2 before = graph;
+  const SE2d turn(0.0, 0.0, Angle::degrees(-1));
+  for (auto& e : graph.edges)
+    if (e.from == 0) e.measurement = turn * e.measurement;
+  PoseGraph2 held = graph;
+  ASSERT_TRUE(optimise(held));
+  const auto moved_m = [&](const PoseGraph2& now, std::size_t k) {
+    return (now.poses[k].translation() - before.poses[k].translation()).norm();
+  };
+  EXPECT_GT(moved_m(held, kSide * kSide - 1), 0.9);
+  LocalOptimiser local;
+  ASSERT_TRUE(local.everywhere().optimise(graph, {}));
+  EXPECT_NEAR(cost_of(graph), cost_of(held), 1e-6 * cost_of(held));
+  for (std::size_t k = 0; k < graph.poses.size(); ++k) EXPECT_LT(moved_m(graph, k), 0.01);
+  EXPECT_NEAR((before.poses[0].inverse() * graph.poses[0]).heading().degrees(), 1.0, 0.01);
+}
+
 TEST(LocalOptimiser, LeavesThePosesWhereTheGraphIsInError) {
   PoseGraph2 graph = noisy_lattice(4);
   const int alone = graph.add_pose(SE2d(5, 5, {}));
   const PoseGraph2 before = graph;
   LocalOptimiser local;
   EXPECT_FALSE(local.around(alone).optimise(graph, {}));
+  EXPECT_FALSE(local.everywhere().optimise(graph, {}));
   for (std::size_t k = 0; k < graph.poses.size(); ++k)
     EXPECT_EQ(graph.poses[k].translation(), before.poses[k].translation());
 }

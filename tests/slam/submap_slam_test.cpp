@@ -2,6 +2,7 @@
 
 #include <wayfare/slam/submap_slam.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -133,6 +134,26 @@ TEST(SubmapSlam, ForgetsOldSubmapsAndContinues) {
   EXPECT_LE(some->graph.size(), 6 * (options.submap_nodes + 1));
   EXPECT_LT(some->memory_bytes, all->memory_bytes);
   EXPECT_LT(rmse_m(some->trajectory, run.truth), 0.5);
+}
+
+// As a node that runs for days: the trajectory, too, is the latest alone.
+TEST(SubmapSlam, ForgetsOldPosesToo) {
+  const auto run = simulate(kRing, slipping_robot(), 3);
+  SubmapSlamOptions options = small_submaps();
+  options.max_submaps = 4;
+  const auto all = run_submap_slam(run.recording, options);
+  options.max_forgotten_poses = 7;
+  const auto some = run_submap_slam(run.recording, options);
+  ASSERT_TRUE(all && some);
+  EXPECT_LT(some->trajectory.size(), all->trajectory.size());
+  const auto kept =
+      std::ranges::find(all->trajectory, some->trajectory.front().time, &StampedPose::time);
+  ASSERT_TRUE(std::equal(some->trajectory.begin(), some->trajectory.end(), kept,
+                         all->trajectory.end(), [](const auto& a, const auto& b) {
+                           return a.time == b.time &&
+                                  a.T_map_base.raw().minus(b.T_map_base.raw()).norm() == 0.0;
+                         }));
+  EXPECT_LT(some->memory_bytes, all->memory_bytes);
 }
 
 struct Reached {

@@ -14,11 +14,13 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
+#include "edge_check.hpp"
 #include "robot.hpp"
 #include "support/program_files.hpp"
 
@@ -29,7 +31,7 @@ using namespace wayfare::examples;
 
 struct Options : OutputArguments {
   double hours = 1.0, kilometres = 20.0, scan_period_s = 0.5;
-  bool away = false;
+  bool away = false, check_edges = false;
   GraphSlamOptions slam;
   std::uint64_t seed = 1;
   std::size_t save_every = 0, kill_at = 0;
@@ -123,26 +125,39 @@ Result<GraphSlam> started(const Options& o, const GraphSlamOptions& options) {
       {reinterpret_cast<const std::uint8_t*>(file->bytes.data()), file->bytes.size()}, options);
 }
 
-double final_error_m(const Run& run) {
-  double squares = 0.0;
-  const Trajectory trajectory = run.slam.trajectory();
-  for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    const auto apart =
-        trajectory[i].T_map_base.raw().translation() - run.truth[i].T_map_base.raw().translation();
-    squares += apart.squaredNorm();
+double all_poses_error_m(const Run& run, eval::Alignment alignment) {
+  return eval::absolute_error(run.slam.trajectory(), run.truth, {alignment}).translation_m.rmse;
+}
+
+/// In the frame of the first pose, whose heading error turns all of the map, and without that.
+void print_error(const Run& run, const char* when) {
+  std::printf("error of all poses %s: %.3f m, %.3f m aligned; %zu nodes\n", when,
+              all_poses_error_m(run, eval::Alignment::none),
+              all_poses_error_m(run, eval::Alignment::rigid), run.slam.graph().poses.size());
+}
+
+/// Normalised squared errors of the edges with the true poses.
+void print_edges(const Run& run) {
+  constexpr double kLarge = 25.0;
+  const Trajectory estimate = run.slam.trajectory();
+  for (const bool robust : {false, true}) {
+    const EdgeErrors e = edge_errors(run.slam.graph(), robust, estimate, run.truth);
+    std::printf("%zu %s edges: chi2 with the true poses %.3f, median %.3f, %zu above %.0f\n",
+                e.chi2.size(), robust ? "loop" : "other", e.mean(), e.median(), e.above(kLarge),
+                kLarge);
   }
-  return std::sqrt(squares / static_cast<double>(trajectory.size()));
 }
 
 Result<void> write(const Options& o, Run& run) {
   const GraphSlamStatistics& s = run.slam.statistics();
   io::Report report("Graph SLAM over hours",
                     o.away ? "a corridor that does not return" : "a building of 100 m x 100 m");
-  report.facts({{"scans", std::to_string(s.scans)},
-                {"not matched", std::to_string(s.unmatched_scans)},
-                {"nodes", std::to_string(run.slam.graph().poses.size())},
-                {"loop closures", std::to_string(s.loop_closures)},
-                {"error", eval::fixed(final_error_m(run), 3) + " m"}});
+  report.facts(
+      {{"scans", std::to_string(s.scans)},
+       {"not matched", std::to_string(s.unmatched_scans)},
+       {"nodes", std::to_string(run.slam.graph().poses.size())},
+       {"loop closures", std::to_string(s.loop_closures)},
+       {"error, aligned", eval::fixed(all_poses_error_m(run, eval::Alignment::rigid), 3) + " m"}});
   const auto plot = [&](const char* title, const char* unit, std::vector<io::Series> series) {
     report.plot({title, "simulated time [h]", unit, std::move(series)});
   };
@@ -178,9 +193,10 @@ Result<void> drive(const Options& o, const sim::FloorPlan& plan) {
     if (i == o.kill_at) std::raise(SIGKILL);
   }
   if (!run.part.scan_ms.empty()) report_part(run, robot);
+  print_error(run, "before the last optimisation");
+  if (o.check_edges) print_edges(run);
   if (auto ok = run.slam.finish(); !ok) return ok;
-  std::printf("error of all poses at the end: %.3f m; %zu nodes\n", final_error_m(run),
-              run.slam.graph().poses.size());
+  print_error(run, "at the end");
   return write(o, run);
 }
 
@@ -204,6 +220,8 @@ int main(int argc, char** argv) {
   app.add_number("--hours", o.hours, 0.01, 1000.0, "simulated time in the building");
   app.add_flag("--away", o.away, "a corridor that does not return, instead of the building");
   app.add_number("--kilometres", o.kilometres, 0.1, 100.0, "length of the corridor");
+  app.add_flag("--check-edges", o.check_edges,
+               "prints how the edges' information fits their errors with the true poses");
   app.add_number("--scan-period", o.scan_period_s, 0.1, 10.0, "time between scans, s");
   app.add_number("--merge-from", o.slam.nodes_before_merging, 0, 1 << 28,
                  "nodes_before_merging of graph SLAM; 0: never");

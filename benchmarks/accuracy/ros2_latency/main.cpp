@@ -147,7 +147,7 @@ int run(const Arguments& a) {
     latencies_ms.push_back(took.count());
     sent.erase(sent.begin(), std::next(found));
   };
-  node.subscribe<ros::PoseStamped>("pose", ros::Qos::queue(1000), take);
+  node.subscribe<ros::PoseWithCovarianceStamped>("pose", ros::Qos::queue(1000), take);
   node.subscribe<ros::PoseWithCovarianceStamped>("amcl_pose", ros::Qos::queue(1000), take);
   auto map = node.publisher<ros::OccupancyGrid>("map_of_plan", ros::Qos::latched());
   map.publish(laps.map());

@@ -84,10 +84,7 @@ void run(ros::Node& node, const Arguments& a, const std::optional<ros::Occupancy
     node.subscribe<ros::OccupancyGrid>("map", ros::Qos::latched(),
                                        [&](const auto& m) { localiser.add(m, steady_s()); });
   }
-  node.subscribe<ros::TfMessage>("/tf_static", ros::Qos::latched(2000),
-                                 [&](const auto& m) { localiser.add(m, steady_s()); });
-  node.subscribe<ros::TfMessage>("/tf", queue,
-                                 [&](const auto& m) { localiser.add(m, steady_s()); });
+  examples::subscribe_to_transforms(node, [&](const auto& m) { localiser.add(m, steady_s()); });
   if (a.node.source == ros::OdometrySource::messages)
     node.subscribe<ros::Odometry>("odom", queue,
                                   [&](const auto& m) { localiser.add(m, steady_s()); });
@@ -98,11 +95,7 @@ void run(ros::Node& node, const Arguments& a, const std::optional<ros::Occupancy
     if (!std::exchange(clock_checked, true)) examples::check_clock(node, m.header);
     localiser.add(m, steady_s());
   });
-  while (node.ok()) {
-    node.spin(localiser.busy() ? 0.0 : 0.05);
-    publish(localiser.work(steady_s()));
-  }
-  examples::say_counts(node, localiser);
+  examples::process_scans(node, localiser, publish);
 }
 
 }  // namespace

@@ -53,7 +53,9 @@ int main(int argc, char** argv) {
       "sensor_msgs/PointCloud2 on 'radar_points', whichever arrives first, nav_msgs/Odometry on "
       "'odom' or, with laser scans only, sensor_msgs/Imu on 'imu', and transforms; publishes "
       "nav_msgs/OccupancyGrid on 'map' and nav_msgs/Path on 'path' (both latched), "
-      "geometry_msgs/PoseStamped on 'pose' and the transform from map to odom (REP-105).");
+      "geometry_msgs/PoseWithCovarianceStamped on 'pose', with the particle filter "
+      "geometry_msgs/PoseArray on 'particle_cloud', and the transform from map to odom "
+      "(REP-105).");
   add_options(app, arguments);
   app.example("", "submap SLAM on the topics scan and odom");
   app.example("--no-odometry --imu scan:=front/scan", "without wheels, with an inertial unit");

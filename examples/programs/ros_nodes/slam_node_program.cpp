@@ -1,6 +1,7 @@
 #include "slam_node_program.hpp"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace wayfare::examples {
@@ -11,19 +12,21 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
   ros::SlamNode slam(options);
   auto map = node.publisher<ros::OccupancyGrid>("map", ros::Qos::latched());
   auto path = node.publisher<ros::Path>("path", ros::Qos::latched());
-  auto poses = node.publisher<ros::PoseStamped>("pose");
+  auto poses = node.publisher<ros::PoseWithCovarianceStamped>("pose");
+  std::optional<ros::Publisher<ros::PoseArray>> particles;
+  if (options.sensors != SlamSensors::lidar)
+    particles = node.publisher<ros::PoseArray>("particle_cloud", ros::Qos::sensor_data());
   auto transforms = node.publisher<ros::TfMessage>("/tf");
   const auto publish = [&](const ros::SlamNodeOutput& out) {
     if (!out.transforms.empty()) transforms.publish({out.transforms});
-    for (const ros::PoseStamped& pose : out.poses) poses.publish(pose);
+    for (const auto& pose : out.poses) poses.publish(pose);
+    if (out.particles) particles->publish(*out.particles);
     if (out.path) path.publish(*out.path);
     if (out.map) map.publish(*out.map);
     say_all(node, out.notices);
   };
   bool clock_checked = false;
-  node.subscribe<ros::TfMessage>("/tf_static", ros::Qos::latched(2000),
-                                 [&](const auto& m) { slam.add(m); });
-  node.subscribe<ros::TfMessage>("/tf", queue, [&](const auto& m) { slam.add(m); });
+  subscribe_to_transforms(node, [&](const auto& m) { slam.add(m); });
   if (options.odometry)
     node.subscribe<ros::Odometry>("odom", queue, [&](const auto& m) { slam.add(m, steady_s()); });
   if (options.imu)
@@ -40,11 +43,7 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
     node.subscribe<ros::RadarScan>("radar", queue, take);
     node.subscribe<ros::PointCloud2>("radar_points", queue, take);
   }
-  while (node.ok()) {
-    node.spin(slam.busy() ? 0.0 : 0.05);
-    publish(slam.work(steady_s()));
-  }
-  say_counts(node, slam);
+  process_scans(node, slam, publish);
 }
 
 }  // namespace
@@ -89,6 +88,12 @@ void add_threads(CommandLine& app, SlamNodeArguments& a) {
 void add_resolution(CommandLine& app, SlamNodeArguments& a) {
   app.add_positive("--resolution-m", a.node.map.resolution_m,
                    "cell size of the published map, with laser scans only");
+}
+
+void subscribe_to_transforms(ros::Node& node,
+                             const std::function<void(const ros::TfMessage&)>& take) {
+  node.subscribe<ros::TfMessage>("/tf_static", ros::Qos::latched(2000), take);
+  node.subscribe<ros::TfMessage>("/tf", ros::Qos::queue(2000), take);
 }
 
 void say_counts(const ros::Node& node, const ros::ScanNode& scans) {

@@ -26,8 +26,20 @@ void add_scan_options(CommandLine& app, ros::ScanNodeOptions& options, std::vect
 void add_slam_options(CommandLine& app, SlamNodeArguments& arguments, const std::string& program);
 /// Mounting of the inertial unit, as of the programs on logs.
 void add_unit_options(CommandLine& app, SlamNodeArguments& arguments);
+/// To transforms, on /tf and /tf_static.
+void subscribe_to_transforms(ros::Node& node,
+                             const std::function<void(const ros::TfMessage&)>& take);
 /// Warns at the end of messages that were lost, refused, or left out by the node.
 void say_counts(const ros::Node& node, const ros::ScanNode& scans);
+/// Processes scans until the node is ended; `publish` takes what comes of each.
+template <class ScanNode, class Publish>
+void process_scans(ros::Node& node, ScanNode& scans, const Publish& publish) {
+  while (node.ok()) {
+    node.spin(scans.busy() ? 0.0 : 0.05);
+    publish(scans.work(steady_s()));
+  }
+  say_counts(node, scans);
+}
 void add_threads(CommandLine& app, SlamNodeArguments& arguments);
 void add_resolution(CommandLine& app, SlamNodeArguments& arguments);
 

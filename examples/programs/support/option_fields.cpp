@@ -92,8 +92,11 @@ std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& o) {
           option_field("loop_score", o.loop_score),
           option_field("wide_loop_score", o.wide_loop_score),
           option_field("loop_kernel_sigmas", o.loop_kernel_sigmas),
+          option_field("drift_m_per_sqrt_m", o.drift.m_per_sqrt_m),
+          option_field("drift_turn_deg_per_sqrt_m", o.drift.turn_per_sqrt_m),
           option_field("tables_kept", o.tables_kept),
-          option_field("max_submaps", o.max_submaps)};
+          option_field("max_submaps", o.max_submaps),
+          option_field("max_forgotten_poses", o.max_forgotten_poses)};
 }
 
 Result<void> check_grid(const MultiResolutionOptions& grid) {

@@ -39,8 +39,7 @@ struct LocaliseNodeOptions : ScanNodeOptions {
   OdometrySource source = OdometrySource::messages;  ///< of the odometry
   /// Pose of the robot in the map at the first scan; without it the node waits for one …
   std::optional<Gaussian<SE2d>> initial{};
-  bool global = false;             ///< … or searches the whole map
-  double particle_period_s = 0.5;  ///< between clouds of particles, by the messages' clock
+  bool global = false;  ///< … or searches the whole map
 };
 
 /// Messages to publish.
@@ -110,7 +109,6 @@ class LocaliseNode : public ScanNode {
   bool located_ = false;            ///< the localiser has begun
   std::optional<LogTime> last_;     ///< of the scans processed
   std::optional<LocalisationOutcome> outcome_;
-  std::optional<LogTime> last_cloud_;
   bool worked_ = false;
 };
 

@@ -20,6 +20,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/detail/owned.hpp>
+#include <wayfare/core/gaussian.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/ros/convert.hpp>
@@ -126,7 +127,11 @@ struct SlamNodeOptions : ScanNodeOptions {
 /// Messages to publish.
 struct SlamNodeOutput {
   std::vector<TransformStamped> transforms;  ///< on /tf
-  std::vector<PoseStamped> poses;            ///< of the robot in the map
+  /// Of the robot in the map, with the covariance of the system, relative to the first pose of the
+  /// map.
+  std::vector<PoseWithCovarianceStamped> poses;
+  /// Of the particle filter, every `particle_period_s`: their latest poses, without their weights.
+  std::optional<PoseArray> particles;
   /// All poses, with each map. Where tracking was lost, path and map are of the part of the map
   /// where the robot is, until it is joined to the others; the notices say so.
   std::optional<Path> path;
@@ -188,7 +193,7 @@ class SlamNode : public ScanNode {
   [[nodiscard]] bool leaped(LogTime time) const;
   [[nodiscard]] Result<ScanOutcome> add_deskewed(const wayfare::LaserScan& scan);
   void process_scan(double now_s, SlamNodeOutput& out);
-  void placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNodeOutput& out);
+  void placed(LogTime time, const Gaussian<SE2d>& T_map_base, double now_s, SlamNodeOutput& out);
 
   // With radar.
   [[nodiscard]] bool has_stream(double now_s);
@@ -196,8 +201,9 @@ class SlamNode : public ScanNode {
   void process_stream(double now_s, SlamNodeOutput& out);
   bool step(double now_s, SlamNodeOutput& out);
 
-  void publish_pose(LogTime time, const SE2d& T_map_base, const MotionHint& hint,
+  void publish_pose(LogTime time, const Gaussian<SE2d>& T_map_base, const MotionHint& hint,
                     SlamNodeOutput& out) const;
+  void publish_particles(LogTime time, SlamNodeOutput& out);
   void publish_map(double now_s, SlamNodeOutput& out);
   void say_pieces(double now_s);
 

@@ -38,6 +38,7 @@ struct ScanNodeOptions {
   // Seconds by the messages' clock.
   double jump_back_s = 1.0;  ///< scans this much earlier than the last restart the node
   double post_date_s = 0.1;  ///< transforms are stamped later by this, to be valid until the next
+  double particle_period_s = 0.5;    ///< between clouds of particles, where there is a filter
   double odometry_gap_s = 0.5;       ///< odometry older than this is not used for a scan
   std::size_t scans_waiting = 2000;  ///< capacity; the oldest are dropped
 };
@@ -103,6 +104,9 @@ class ScanNode {
   [[nodiscard]] TransformStamped map_to_odom(const SE2d& T_map_base, const SE2d& T_odom_base,
                                              LogTime time) const;
 
+  /// Whether a cloud of particles is to be published at a time; if so, it is the last one.
+  [[nodiscard]] bool cloud_is_due(LogTime time);
+
   /// Whether a stream has reached the time, or was waited for in vain.
   [[nodiscard]] bool has_reached(Awaited& stream, LogTime time, double now_s);
   /// `what` is missing: reported once it is missing for `patience_s`.
@@ -119,6 +123,7 @@ class ScanNode {
   std::vector<OdometrySample> odometry_;  ///< in order of time
   Awaited odometry_heard_{"odometry"};    ///< the latest of them
   Notices notices_;                       ///< not taken yet
+  std::optional<LogTime> last_cloud_;     ///< of particles
 
  private:
   std::optional<double> blocked_s_;

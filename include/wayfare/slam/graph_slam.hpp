@@ -109,7 +109,8 @@ class GraphSlam {
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
-  /// Optimises to convergence; call it after the last scan. More scans may follow.
+  /// Optimises to convergence; call it after the last scan. More scans may follow. The first pose
+  /// stays; where nodes are merged, the map as a whole does, by least squares.
   Result<void> finish();
 
   /// One pose per accepted scan, at the scan's own time, by the current graph.

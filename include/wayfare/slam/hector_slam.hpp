@@ -57,6 +57,7 @@ struct HectorSlamOptions {
   double min_score = 0.1;       ///< agreement in [0, 1] below which the predicted pose is kept
   double tracked_score = 0.55;  ///< agreement below which more distant headings are tried as well …
   double lost_score = 0.50;     ///< … and accepted from here on
+  PathDrift drift{};  ///< errors of the path through places not seen before: for `covariance` alone
 
   /// With an inertial unit: rotates the unit's axes to the base's (x forward, y left, z up) …
   SO3d q_base_unit{};
@@ -103,6 +104,11 @@ class HectorSlamSystem {
 
   /// One pose per accepted scan.
   [[nodiscard]] const Trajectory& trajectory() const;
+  /// Of the latest pose relative to the first, a right perturbation: x and y along the base's axes,
+  /// m², and heading, rad². It is that of the map nearby by `HectorSlamOptions::drift`, then that
+  /// of the last match and of the motion since. Found again for each call, in a time that grows
+  /// with the scans in the map.
+  [[nodiscard]] Eigen::Matrix3d covariance() const;
   /// The finest grid.
   [[nodiscard]] const OccupancyGrid& map() const;
   /// Bytes used by grids and tables.

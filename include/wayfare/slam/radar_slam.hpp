@@ -121,8 +121,10 @@ class RadarSlam {
   [[nodiscard]] Trajectory trajectory(std::size_t particle) const;
   /// The last of the best particle's poses; none before the first scan.
   [[nodiscard]] std::optional<StampedPose> pose() const;
-  /// Of that pose relative to the first, a right perturbation: by the drift of its path, the loops
-  /// closed, and the particles' spread. An upper bound.
+  /// Of that pose relative to the first, a right perturbation: x and y along the base's axes, m²,
+  /// and heading, rad². It is that of the path by `RbpfSensorOptions::drift` and the loops closed,
+  /// of the particles about its end and of the match, or the motion, since the filter's last
+  /// update.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
   [[nodiscard]] const OccupancyGrid& lidar_map() const;  ///< of the best particle
   [[nodiscard]] const OccupancyGrid& radar_map() const;  ///< of the best particle

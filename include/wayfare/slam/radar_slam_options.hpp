@@ -13,6 +13,7 @@
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/match/pose_proposal.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare {
 
@@ -22,13 +23,6 @@ namespace wayfare {
 struct MatchGate {
   double lateral_m = 1000.0;           ///< by default never
   Angle turn = Angle::degrees(180.0);  ///< by default never
-};
-
-/// Errors of a particle's path since a place was last seen, a random walk: standard deviations
-/// after one metre, growing with the root of the distance.
-struct PathDrift {
-  double m_per_sqrt_m = 0.01;                    ///< along either axis
-  Angle turn_per_sqrt_m = Angle::degrees(0.15);  ///< of the heading
 };
 
 /// Parameters of one sensor's scans.

@@ -7,10 +7,26 @@
 #include <string>
 #include <string_view>
 
+#include <Eigen/Core>
+
+#include <wayfare/core/angle.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 
 namespace wayfare {
+
+/// Errors of a path since a place was last seen, a random walk: standard deviations after one
+/// metre, growing with the root of the distance.
+struct PathDrift {
+  double m_per_sqrt_m = 0.01;                    ///< along either axis
+  Angle turn_per_sqrt_m = Angle::degrees(0.15);  ///< of the heading
+
+  /// Of x and y, m², and heading, rad², after a stretch of the path.
+  [[nodiscard]] Eigen::Matrix3d covariance(double travel_m) const {
+    const double turn = turn_per_sqrt_m.radians();
+    return (travel_m * Eigen::Vector3d(m_per_sqrt_m, m_per_sqrt_m, turn).cwiseAbs2()).asDiagonal();
+  }
+};
 
 /// Errors that a matcher returned, of `make_map` too, and results of it that are not valid: a pose,
 /// score, constraint or covariance that is not finite, a covariance that is not positive

@@ -80,12 +80,18 @@ struct SubmapSlamOptions {
   double wide_loop_score = 0.68;    ///< … and of a wide one, where false maxima are likelier
   double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more robust
 
+  /// Errors of the path that loops do not correct: for `covariance` alone.
+  PathDrift drift{};
+
   // Memory.
   int tables_kept =
       12;  ///< finished submaps with search tables in memory; others are packed points
   /// Finished submaps kept for loop closures; older ones are dropped and their trajectory is fixed.
   /// 0: all.
   int max_submaps = 0;
+  /// Poses of scans kept in the trajectory though their submaps were dropped, the latest ones. 0:
+  /// all. With both limits a long run needs no more memory than a short one.
+  int max_forgotten_poses = 0;
 
   /// More than one: loops are searched in the background by this number less one.
   int threads = 1;
@@ -144,6 +150,12 @@ class SubmapSlamSystem {
   [[nodiscard]] const SubmapSlamStatistics& statistics() const;
   /// After `restore` the pose alone is known until the next scan.
   [[nodiscard]] const LocalPlacement& local() const;
+  /// Of the latest pose relative to the first one kept in its part of the map, a right
+  /// perturbation: x and y along the base's axes, m², and heading, rad². It is that of the path to
+  /// the latest node by `SubmapSlamOptions::drift` and the loops closed, then that of the last
+  /// match and of the motion since. Found again for each node, in a time that grows with the graph.
+  /// After `restore` from the next match on.
+  [[nodiscard]] Eigen::Matrix3d covariance() const;
   /// Of all nodes kept, at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;

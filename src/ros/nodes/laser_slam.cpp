@@ -23,6 +23,7 @@ class SubmapRunner final : public LaserSlam {
   [[nodiscard]] Trajectory trajectory() const override { return slam_.latest_trajectory(); }
   [[nodiscard]] wayfare::OccupancyGrid map() const override { return slam_.latest_part(map_); }
   [[nodiscard]] PieceStatistics pieces() const override { return slam_.statistics(); }
+  [[nodiscard]] Eigen::Matrix3d covariance() const override { return slam_.covariance(); }
   [[nodiscard]] SE2d T_odom_base() const override { return slam_.local().T_local_base.raw(); }
 
  private:
@@ -45,6 +46,7 @@ class WalkerRunner final : public LaserSlam {
     return slam_.slam().latest_part(map_);
   }
   [[nodiscard]] PieceStatistics pieces() const override { return slam_.slam().statistics(); }
+  [[nodiscard]] Eigen::Matrix3d covariance() const override { return slam_.slam().covariance(); }
   [[nodiscard]] SE2d T_odom_base() const override {
     return slam_.slam().local().T_local_base.raw();
   }
@@ -68,6 +70,7 @@ class HectorRunner final : public LaserSlam {
   Result<void> finish() override { return {}; }
   [[nodiscard]] Trajectory trajectory() const override { return slam_.trajectory(); }
   [[nodiscard]] wayfare::OccupancyGrid map() const override { return slam_.map(); }
+  [[nodiscard]] Eigen::Matrix3d covariance() const override { return slam_.covariance(); }
   [[nodiscard]] SE2d T_odom_base() const override {
     const Trajectory& poses = slam_.trajectory();
     return poses.empty() ? SE2d() : poses.back().T_map_base.raw();

@@ -27,6 +27,8 @@ class LaserSlam {
   [[nodiscard]] virtual Trajectory trajectory() const = 0;
   [[nodiscard]] virtual wayfare::OccupancyGrid map() const = 0;
   [[nodiscard]] virtual PieceStatistics pieces() const { return {}; }
+  /// Of the latest pose relative to the first of that part, a right perturbation.
+  [[nodiscard]] virtual Eigen::Matrix3d covariance() const = 0;
   /// The latest pose from matching alone, without jumps.
   [[nodiscard]] virtual SE2d T_odom_base() const = 0;
 };

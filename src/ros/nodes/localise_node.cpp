@@ -245,12 +245,10 @@ void LocaliseNode::process_scan(double now_s, LocaliseNodeOutput& out) {
 
 void LocaliseNode::publish(double now_s, LocaliseNodeOutput& out) {
   const LogTime time = outcome_->time;
-  if (outcome_->particles > 0 &&
-      (!last_cloud_ || time >= *last_cloud_ + from_seconds(options_.particle_period_s))) {
+  if (outcome_->particles > 0 && cloud_is_due(time)) {
     std::vector<PoseParticle> particles = localiser_->particles();
     for (PoseParticle& p : particles) p.T_map_base = T_map_grid_ * p.T_map_base;
     out.particles = particle_cloud(particles, time, options_.map_frame);
-    last_cloud_ = time;
   }
   if (!outcome_->converged) return;
   out.poses.push_back(message_of(outcome_->T_map_base, time, options_.map_frame));

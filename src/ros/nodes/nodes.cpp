@@ -150,6 +150,7 @@ void SlamNode::restart_at(LogTime at) {
   lasers_.last_received.reset();
   radar_.last_received.reset();
   last_scan_.reset();
+  last_cloud_.reset();
   leaps_.clear();
   said_ = {};
   settled_ = true;

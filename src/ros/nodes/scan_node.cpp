@@ -130,6 +130,12 @@ TransformStamped ScanNode::map_to_odom(const SE2d& T_map_base, const SE2d& T_odo
                       common_.map_frame, common_.odom_frame);
 }
 
+bool ScanNode::cloud_is_due(LogTime time) {
+  if (last_cloud_ && time < *last_cloud_ + from_seconds(common_.particle_period_s)) return false;
+  last_cloud_ = time;
+  return true;
+}
+
 bool ScanNode::has_reached(Awaited& stream, LogTime time, double now_s) {
   if (stream.silent || (stream.last && *stream.last >= time)) return true;
   const std::string what = stream.name;

@@ -138,10 +138,11 @@ void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
   if (!outcome->matched)
     notices_.add(Severity::info, "unmatched", "a scan did not match the map: its pose is predicted",
                  now_s);
-  placed(time, outcome->T_map_base.raw(), now_s, out);
+  placed(time, {outcome->T_map_base.raw(), slam_->covariance()}, now_s, out);
 }
 
-void SlamNode::placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNodeOutput& out) {
+void SlamNode::placed(LogTime time, const Gaussian<SE2d>& T_map_base, double now_s,
+                      SlamNodeOutput& out) {
   const MotionHint motion = hint(time);
   last_scan_ = time;
   last_placed_s_ = now_s;
@@ -218,15 +219,17 @@ bool SlamNode::step(double now_s, SlamNodeOutput& out) {
   if (!time) return false;
   stop_waiting();
   const auto pose = stream_->slam().pose();
-  if (pose && pose->time == *time) placed(*time, pose->T_map_base.raw(), now_s, out);
+  if (!pose || pose->time != *time) return true;
+  placed(*time, {pose->T_map_base.raw(), stream_->slam().covariance()}, now_s, out);
+  publish_particles(*time, out);
   return true;
 }
 
-void SlamNode::publish_pose(LogTime time, const SE2d& T_map_base, const MotionHint& motion,
-                            SlamNodeOutput& out) const {
-  out.poses.push_back({header_of(time, options_.map_frame), pose_of(T_map_base)});
+void SlamNode::publish_pose(LogTime time, const Gaussian<SE2d>& T_map_base,
+                            const MotionHint& motion, SlamNodeOutput& out) const {
+  out.poses.push_back(message_of(T_map_base, time, options_.map_frame));
   const auto give = [&](const SE2d& T_odom_base) {
-    out.transforms.push_back(map_to_odom(T_map_base, T_odom_base, time));
+    out.transforms.push_back(map_to_odom(T_map_base.mean, T_odom_base, time));
   };
   if (options_.odometry && motion.odometry) {
     const SE2d joined = motion.odometry->raw();
@@ -237,6 +240,13 @@ void SlamNode::publish_pose(LogTime time, const SE2d& T_map_base, const MotionHi
     out.transforms.push_back(
         transform_of(T_odom_base, time, options_.odom_frame, options_.base_frame));
   }
+}
+
+void SlamNode::publish_particles(LogTime time, SlamNodeOutput& out) {
+  if (!cloud_is_due(time)) return;
+  out.particles.emplace(PoseArray{header_of(time, options_.map_frame)});
+  for (const auto& particle : stream_->slam().particles())
+    out.particles->poses.push_back(pose_of(particle.pose));
 }
 
 void SlamNode::publish_map(double now_s, SlamNodeOutput& out) {

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
 namespace wayfare::detail {
 namespace {
 
@@ -12,6 +15,19 @@ constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
 bool is_fixed(const PoseGraph2& graph, int pose) {
   return graph.fixed.empty() ? pose == 0
                              : std::ranges::find(graph.fixed, pose) != graph.fixed.end();
+}
+
+/// Moves all poses together to where they are nearest to those before.
+void keep_place(PoseGraph2& graph, const std::vector<SE2d>& before) {
+  const auto count = static_cast<Eigen::Index>(before.size());
+  Eigen::Matrix2Xd from(2, count), to(2, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    from.col(k) = graph.poses[static_cast<std::size_t>(k)].translation();
+    to.col(k) = before[static_cast<std::size_t>(k)].translation();
+  }
+  const Eigen::Matrix3d fit = Eigen::umeyama(from, to, false);
+  const SE2d T_before_now(fit(0, 2), fit(1, 2), Angle::radians(std::atan2(fit(1, 0), fit(0, 0))));
+  for (SE2d& pose : graph.poses) pose = T_before_now * pose;
 }
 
 }  // namespace
@@ -94,8 +110,19 @@ bool LocalOptimiser::border_has_moved(const PoseGraph2& graph,
   return false;
 }
 
+Result<void> LocalOptimiser::optimise_whole(PoseGraph2& graph, const OptimiseOptions& options) {
+  const auto solved = whole_.optimise(graph, options);
+  return solved ? Result<void>() : solved.error();
+}
+
 Result<void> LocalOptimiser::optimise(PoseGraph2& graph, const OptimiseOptions& options) {
   constexpr std::size_t kFewest = 250, kGrowth = 3;
+  if (pose_ == kNowhere) {
+    const std::vector<SE2d> before = graph.poses;
+    auto done = optimise_whole(graph, options);
+    if (done) keep_place(graph, before);
+    return done;
+  }
   link(graph);
   const std::vector<SE2d> before = graph.poses;
   for (std::size_t most = kFewest; select(graph, most); most *= kGrowth) {
@@ -105,10 +132,9 @@ Result<void> LocalOptimiser::optimise(PoseGraph2& graph, const OptimiseOptions& 
     }
     if (!border_has_moved(graph, before)) return {};
   }
-  const auto solved = whole_.optimise(graph, options);
-  if (solved) return {};
-  graph.poses = before;
-  return solved.error();
+  auto done = optimise_whole(graph, options);
+  if (!done) graph.poses = before;
+  return done;
 }
 
 }  // namespace wayfare::detail

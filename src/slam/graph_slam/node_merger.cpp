@@ -61,15 +61,17 @@ NodeMerger::Edges NodeMerger::edges(const NodeMap& nodes) const {
   return found;
 }
 
+/// Whether the older node, wherever it may be by the path to it, shares the view of the node. A
+/// narrower limit leaves nodes in the middle of long corridors, at every pass.
 bool NodeMerger::is_known(const NodeMap& nodes, int older) {
-  constexpr double kReach_m = 0.5, kLargest_m2 = 0.2;
+  constexpr double kLargest_m2 = 2.0;  // of a path that is followed
   const PathUncertainty& known = uncertainty_from(
       kept_, nodes.graph(), loop_kernel(options_.loop_kernel_sigmas), uncertainty_, [&](int pose) {
         return pose == older ||
                uncertainty_.result().size[static_cast<std::size_t>(pose)] > kLargest_m2;
       });
   return known.reached(older) &&
-         reach_m(known.covariance[static_cast<std::size_t>(older)]) < kReach_m;
+         reach_m(known.covariance[static_cast<std::size_t>(older)]) < options_.loop_overlap_m;
 }
 
 int NodeMerger::nearest_older(const NodeMap& nodes) const {

@@ -12,6 +12,7 @@
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 
+#include "slam/hector_slam/map_uncertainty.hpp"
 #include "slam/matched.hpp"
 
 namespace wayfare {
@@ -23,7 +24,8 @@ class HectorSlamSystem::Engine {
         map_(options.map),
         matched_(make_map(map_)),
         carrier_(options.carrier),
-        motion_model_(options.odometry, options.constant_velocity) {}
+        motion_model_(options.odometry, options.constant_velocity),
+        uncertainty_(options.drift) {}
 
   UpdateStatus add(const ImuSample& s) {
     const UpdateStatus status = carrier_.add({s.time, options_.q_base_unit * s.angular_rate_radps,
@@ -75,6 +77,7 @@ class HectorSlamSystem::Engine {
   }
 
   [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
+  [[nodiscard]] Eigen::Matrix3d covariance() const { return uncertainty_.at(pose_, placed_); }
   [[nodiscard]] const OccupancyGrid& map() const { return map_.finest(); }
   [[nodiscard]] std::size_t memory_bytes() const { return map_.memory_bytes(); }
   [[nodiscard]] const HectorStatistics& statistics() const { return statistics_; }
@@ -92,6 +95,7 @@ class HectorSlamSystem::Engine {
     Eigen::Vector3d sigma;
     Eigen::Matrix3d information;
     double search_sigmas;
+    bool in_map = false;  ///< in the map, not since the last scan
   };
 
   /// The levelled scan, its x axis along the heading.
@@ -132,7 +136,7 @@ class HectorSlamSystem::Engine {
     p.diagonal() +=
         Eigen::Vector3d(options_.min_sigma_m, options_.min_sigma_m, options_.min_sigma.radians())
             .cwiseAbs2();
-    return {carrier_.planar(), p.diagonal().cwiseSqrt(), p.inverse(), options_.search_sigmas};
+    return {carrier_.planar(), p.diagonal().cwiseSqrt(), p.inverse(), options_.search_sigmas, true};
   }
 
   /// Constant-velocity prediction, where odometry contradicts it.
@@ -165,14 +169,14 @@ class HectorSlamSystem::Engine {
   Result<ScanOutcome> place(const PointSet& points, const Predicted& predicted,
                             const std::optional<Alternative>& alternative) {
     if (points.empty()) {
-      pose_ = predicted.pose;
+      go_to(predicted);
       return ScanOutcome();
     }
     MatchOptions options;
     options.min_score = options_.min_score;
     options.independent_points = options_.independent_points;
     options.prior_information = predicted.information;
-    options.covariance = has_imu_;
+    options.covariance = true;
     const Eigen::Vector3d reach = predicted.search_sigmas * predicted.sigma;
     const double half_m = std::max(reach[0], reach[1]);
     const SearchWindow window{half_m, half_m, Angle::radians(reach[2])};
@@ -183,13 +187,25 @@ class HectorSlamSystem::Engine {
     if (alternative && (poor || alternative->jumps))
       search_wider(points, alternative->pose, 0.0, options, found);
     if (!found) return found.error();
-    pose_ = *found ? (*found)->T_map_points : predicted.pose;
     ScanOutcome outcome;
-    if (!*found) return outcome;
+    if (!*found) {
+      go_to(predicted);
+      return outcome;
+    }
+    pose_ = (*found)->T_map_points;
+    placed_ = open_direction(**found, points).widen(covariance_of(**found));
     if (has_imu_ && (*found)->covariance) fuse_match(**found, points, predicted.pose);
     outcome.score = (*found)->score;
     outcome.matched = true;
     return outcome;
+  }
+
+  /// Without a match.
+  void go_to(const Predicted& predicted) {
+    const Motion motion{pose_.inverse() * predicted.pose, predicted.sigma};
+    placed_ = predicted.in_map ? Eigen::Matrix3d(predicted.information.inverse())
+                               : motion.accumulated(placed_);
+    pose_ = predicted.pose;
   }
 
   static double score_of(const Found& found) { return found && *found ? (*found)->score : 0.0; }
@@ -266,6 +282,7 @@ class HectorSlamSystem::Engine {
     if (auto ok = map_.insert(pose_ * view.T_base_laser, *view.scan); !ok) return ok;
     if (auto ok = matched_->add(pose_, points); !ok) return ok;
     T_map_latest_inserted_ = pose_;
+    uncertainty_.add(pose_, placed_);
     ++statistics_.scans_in_map;
     return {};
   }
@@ -282,6 +299,8 @@ class HectorSlamSystem::Engine {
   MatcherErrors errors_;  // at the latest scan
   MotionModel motion_model_;
   SE2d pose_;
+  Eigen::Matrix3d placed_ = Eigen::Matrix3d::Zero();  // of the pose in the map nearby
+  MapUncertainty uncertainty_;
   std::optional<SE2d> T_map_latest_inserted_;  // pose of the latest scan in the map
   Trajectory trajectory_;
   HectorStatistics statistics_;
@@ -297,40 +316,10 @@ Result<ScanOutcome> HectorSlamSystem::add_scan(const LaserScan& scan,
   return engine_->add_scan(scan, detail::raw(odometry));
 }
 const Trajectory& HectorSlamSystem::trajectory() const { return engine_->trajectory(); }
+Eigen::Matrix3d HectorSlamSystem::covariance() const { return engine_->covariance(); }
 const OccupancyGrid& HectorSlamSystem::map() const { return engine_->map(); }
 std::size_t HectorSlamSystem::memory_bytes() const { return engine_->memory_bytes(); }
 const HectorStatistics& HectorSlamSystem::statistics() const { return engine_->statistics(); }
 const CarrierFilter& HectorSlamSystem::carrier() const { return engine_->carrier(); }
-
-Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions options,
-                                  const SlamProgress& progress) {
-  return run_hector_slam(recording, {}, options, progress);
-}
-
-Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,
-                                  HectorSlamOptions options, const SlamProgress& progress) {
-  options.T_base_laser = recording.T_base_laser;
-  HectorSlam slam(options);
-  return detail::run(slam, recording, unit, progress);
-}
-
-Result<HectorRun> detail::run(HectorSlamSystem& slam, const Recording& recording,
-                              const MargRecording& unit, const SlamProgress& progress) {
-  const OdometryTrack odometry(recording.odometry);
-  ScanDeskewer deskewer(recording.T_base_laser);
-  auto reading = unit.begin();
-  auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
-    const LogTime end = recording.scans[i].end_time();
-    for (; reading != unit.end() && reading->time <= end; ++reading)
-      slam.add(ImuSample{reading->time, reading->angular_rate_radps, reading->specific_force_mps2});
-    if (!unit.empty()) return slam.add_scan(recording.scans[i], odometry.at(end));
-    return detail::add_deskewed(deskewer, recording, i, [&](const LaserScan& scan) {
-      return slam.add_scan(scan, odometry.at(scan.time));
-    });
-  });
-  if (!refused) return refused.error();
-  return HectorRun{slam.trajectory(),         slam.map(),         slam.statistics(), refused->count,
-                   std::move(refused->first), slam.memory_bytes()};
-}
 
 }  // namespace wayfare

@@ -69,7 +69,7 @@ class LoopSmoother {
         uncertainty_from(0, graph, loop_kernel(loop().kernel_sigmas), finder);
     const SE2d since = graph.poses.back().inverse() * path.back().T_map_base.raw();
     return compose(Gaussian<SE2d>{SE2d(), known.covariance.back()},
-                   Gaussian<SE2d>{since, drift_covariance(since.translation().norm())})
+                   Gaussian<SE2d>{since, drift().covariance(since.translation().norm())})
         .covariance;
   }
 
@@ -120,17 +120,11 @@ class LoopSmoother {
       const double step_m = nodes_[k].travel_m - nodes_[k - 1].travel_m;
       graph.edges[k - 1] = {static_cast<int>(k - 1), static_cast<int>(k),
                             graph.poses[k - 1].inverse() * graph.poses[k],
-                            drift_covariance(step_m).inverse(), false};
+                            drift().covariance(step_m).inverse(), false};
     }
     graph.edges.insert(graph.edges.end(), loops_.begin(), loops_.end());
     return graph;
   }
-  /// Of a stretch of the path.
-  [[nodiscard]] Eigen::Matrix3d drift_covariance(double travel_m) const {
-    const double m = drift().m_per_sqrt_m, turn = drift().turn_per_sqrt_m.radians();
-    return (travel_m * Eigen::Vector3d(m, m, turn).cwiseAbs2()).asDiagonal();
-  }
-
   /// Matches the latest scans of each sensor to those of the nearest earlier visit.
   [[nodiscard]] bool find_loops(const Trajectory& path) {
     const int latest = graph_.size() - 1;
@@ -176,7 +170,7 @@ class LoopSmoother {
     const double travel_m = node(b.to).travel_m - node(a.to).travel_m;
     const Gaussian<SE2d> by_a =
         compose(Gaussian<SE2d>{placed(a), a.information.inverse()},
-                Gaussian<SE2d>{between, drift_covariance(std::max(travel_m, 1e-3))});
+                Gaussian<SE2d>{between, drift().covariance(std::max(travel_m, 1e-3))});
     const Eigen::Matrix3d covariance = by_a.covariance + b.information.inverse();
     const double sigmas = loop().agreement_sigmas;
     return squared_mahalanobis(Gaussian<SE2d>{by_a.mean, covariance}, placed(b)) < sigmas * sigmas;

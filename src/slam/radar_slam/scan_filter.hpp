@@ -74,12 +74,12 @@ class ScanFilter {
     statistics_.without_points += enough ? 0 : 1;
     if (!filter_) begin(time);
     Result<RbpfOutcome> outcome = RbpfOutcome{};
-    std::optional<SE2d> seen;  // motion since the last update, by a match
+    std::optional<Gaussian<SE2d>> seen;  // motion since the last update, by a match
     MatcherErrors errors;
     bool now = due(time, sensor, moved_.raw.mean);
     if (enough && !now && sensor == kLidar && options_.match_skipped) {
       seen = motion_by_match(points, errors);
-      now = seen && due(time, sensor, *seen);
+      now = seen && due(time, sensor, seen->mean);
     }
     if (enough && now) {
       outcome = update(time, sensor, points, scan, errors);
@@ -89,7 +89,9 @@ class ScanFilter {
     placed.add(errors, "scan");
     statistics_.matcher_errors.add(placed);
     if (outcome) outcome->matcher_errors = std::move(placed);
-    scans_.push_back({time, increments_.size(), seen.value_or(moved_.raw.mean), seen.has_value()});
+    const Gaussian<SE2d> since = seen.value_or(moved_.raw);
+    scans_.push_back({time, increments_.size(), since.mean, seen.has_value()});
+    since_ = since.covariance;
     return outcome;
   }
 
@@ -107,7 +109,8 @@ class ScanFilter {
     const SE2d& updated = filter_->particles()[filter_->best()].pose;
     return StampedPose{scans_.back().time, MapPose(updated * scans_.back().since)};
   }
-  /// Relative to the start: of the best particle's path, and of the particles about its end.
+  /// Relative to the start: of the best particle's path, of the particles about its end, and of the
+  /// match or the motion since.
   [[nodiscard]] Eigen::Matrix3d covariance() const {
     if (!filter_) return Eigen::Matrix3d::Zero();
     const SE2d& best = filter_->particles()[filter_->best()].pose;
@@ -116,7 +119,8 @@ class ScanFilter {
       const Eigen::Vector3d off = filter_->particles()[i].pose.minus(best);
       sum += std::exp(filter_->log_weights()[i]) * off * off.transpose();
     }
-    return sum;
+    return compose(Gaussian<SE2d>{best, sum}, Gaussian<SE2d>{scans_.back().since, since_})
+        .covariance;
   }
   /// Of scans.
   [[nodiscard]] std::size_t size() const { return scans_.size(); }
@@ -170,7 +174,7 @@ class ScanFilter {
   /// The motion since the last update, by matching to the best particle's map. Not used as motion
   /// of the next update: the same walls would count twice, and a robot creeping along a corridor
   /// would never seem to have moved.
-  std::optional<SE2d> motion_by_match(const PointSet& points, MatcherErrors& errors) {
+  std::optional<Gaussian<SE2d>> motion_by_match(const PointSet& points, MatcherErrors& errors) {
     const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
     const Gaussian<SE2d> moved = without_bias(moved_, best.map.gyro_bias);
     Gaussian<SE2d> expected{best.pose * moved.mean, moved.covariance};
@@ -181,7 +185,7 @@ class ScanFilter {
     statistics_.matches_gated += workers_.front().match[kLidar].take_gated();
     if (!found) return std::nullopt;
     tracked_ = best.pose.inverse() * found->pose.mean;
-    return tracked_;
+    return Gaussian<SE2d>{tracked_, found->pose.covariance};
   }
 
   /// Steps 4 to 8.
@@ -299,6 +303,7 @@ class ScanFilter {
   BiasedMotion moved_;  // since the last update
   SE2d tracked_;        // the same by the best particle's matches, then motion
   std::array<SensorState, 2> sensors_;
+  Eigen::Matrix3d since_ = Eigen::Matrix3d::Zero();  // of the latest scan since the last update
   LogTime updated_;
   Trajectory earlier_;            // path up to the last loop closed
   std::vector<SE2d> increments_;  // from each update to the next

@@ -17,7 +17,8 @@ constexpr std::size_t kFewestPoints = 10;  // of a scan that says where it is
 SubmapSlamOptions with_valid_counts(SubmapSlamOptions o) {
   detail::limit_counts({&o.submap_nodes, &o.lost_scans, &o.lost_scans_without_odometry,
                         &o.nodes_between_loops, &o.loop_latency_scans, &o.loop_context_nodes,
-                        &o.loops_per_search, &o.tables_kept, &o.max_submaps, &o.threads});
+                        &o.loops_per_search, &o.tables_kept, &o.max_submaps, &o.max_forgotten_poses,
+                        &o.threads});
   return o;
 }
 
@@ -29,7 +30,8 @@ SubmapSlamSystem::Engine::Engine(const SubmapSlamOptions& options, detail::Subma
       motion_model_(options.odometry, options.constant_velocity),
       tracker_(options_, std::move(maps.growing)),
       search_(options_, std::move(maps.finished)),
-      pieces_(options_) {}
+      pieces_(options_),
+      uncertainty_(options_) {}
 
 Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
                                                        const MotionHint& hint) {
@@ -189,6 +191,7 @@ void SubmapSlamSystem::Engine::move(const Motion& motion, const Placed& placed) 
   since_node_ = motion.accumulated(since_node_);
   since_match_ = motion.accumulated(since_match_);
   if (placed.matched) since_match_.setZero();
+  placed_ = placed.matched ? placed.covariance : motion.accumulated(placed_);
   T_local_base_ = placed.T_local_base;
   lost_ = placed.matched ? 0 : lost_ + 1;
 }
@@ -199,18 +202,6 @@ bool SubmapSlamSystem::Engine::is_due(bool matched) const {
   if (!matched) return lost_ >= options_.lost_scans;
   return reaches(map_.nodes.back().T_local_node.inverse() * T_local_base_, options_.node_distance_m,
                  options_.node_turn);
-}
-
-/// Information of a match over a distance `length_m` with which the error of its reference grows.
-Eigen::Matrix3d SubmapSlamSystem::Engine::match_information(const Eigen::Matrix3d& matched,
-                                                            double length_m,
-                                                            double turn_rad) const {
-  const double sigma_m = 0.02 + 0.02 * length_m;
-  const double sigma_rad =
-      Angle::degrees(0.4).radians() + 0.02 * turn_rad + Angle::degrees(0.2).radians() * length_m;
-  Eigen::Matrix3d covariance = matched;
-  covariance.diagonal() += Eigen::Vector3d(sigma_m, sigma_m, sigma_rad).cwiseAbs2();
-  return covariance.inverse();
 }
 
 Result<void> SubmapSlamSystem::Engine::add_node(const PointSet& points, const Placed& placed) {
@@ -228,6 +219,7 @@ Result<void> SubmapSlamSystem::Engine::node_added(bool lost) {
   since_node_.setZero();
   since_match_.setZero();
   lost_ = 0;
+  if (lost) placed_.setZero();
   ++statistics_.nodes;
   return end_submaps(lost);
 }
@@ -306,6 +298,9 @@ void SubmapSlamSystem::Engine::forget() {
     for (auto s = scans_.begin(); s != kept; ++s)
       forgotten_.push_back({s->time, MapPose(map_.pose(s->node) * s->T_node_base)});
     scans_.erase(scans_.begin(), kept);
+    const auto most = static_cast<std::size_t>(options_.max_forgotten_poses);
+    if (most > 0 && forgotten_.size() > most)
+      forgotten_.erase(forgotten_.begin(), forgotten_.end() - std::ptrdiff_t(most));
     for (ScanPose& s : scans_) s.node -= gone;
     pieces_.forget(map_.forget_oldest());
     pieces_.hold_parts(map_);

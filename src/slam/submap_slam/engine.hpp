@@ -13,6 +13,7 @@
 #include "slam/submap_slam/local_tracker.hpp"
 #include "slam/submap_slam/loop_search.hpp"
 #include "slam/submap_slam/pieces.hpp"
+#include "slam/submap_slam/pose_uncertainty.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
@@ -27,6 +28,7 @@ class SubmapSlamSystem::Engine {
   [[nodiscard]] const PoseGraph2& graph() const { return map_.graph; }
   [[nodiscard]] const SubmapSlamStatistics& statistics() const { return statistics_; }
   [[nodiscard]] const LocalPlacement& local() const { return local_; }
+  [[nodiscard]] Eigen::Matrix3d covariance();
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape,
                                   const InverseLidarModel& model) const;
   [[nodiscard]] OccupancyGrid latest_part(const OccupancyGridOptions& shape,
@@ -77,8 +79,6 @@ class SubmapSlamSystem::Engine {
   [[nodiscard]] bool is_due(bool matched) const;
   Result<void> add_node(const PointSet& points, const Placed& placed);
   void join_node(const std::shared_ptr<const PackedPoints>& points, const Placed& placed);
-  [[nodiscard]] Eigen::Matrix3d match_information(const Eigen::Matrix3d& matched, double length_m,
-                                                  double turn_rad) const;
   Result<void> node_added(bool lost);
   Result<void> end_submaps(bool lost);
   void join_loops(ScanOutcome& outcome);
@@ -95,12 +95,15 @@ class SubmapSlamSystem::Engine {
   LoopSearch search_;
   SubmapPieces pieces_;
   PoseGraphOptimiser<SE2d> optimiser_;
+  PoseUncertainty uncertainty_;
 
   SubmapGraph map_;
   LocalPlacement local_;
   SE2d T_local_base_;                                     // of the latest scan
   Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // covariance of the motion since then
   Eigen::Matrix3d since_match_ = Eigen::Matrix3d::Zero();
+  // Of the latest match and the motion since; since the node, where no match has placed it.
+  Eigen::Matrix3d placed_ = Eigen::Matrix3d::Zero();
   int lost_ = 0;  // consecutive scans without agreement
   int nodes_since_search_ = 0;
   std::optional<std::uint64_t> join_at_;  // number of scans at which the running search is joined

@@ -48,6 +48,10 @@ class SubmapPieces {
   [[nodiscard]] int first_of_latest() const {
     return are_several() ? nodes_.first_of_piece(nodes_.pieces() - 1) : 0;
   }
+  /// The first node of a node's part of the map.
+  [[nodiscard]] int first_of_part(int node) const {
+    return are_several() ? nodes_.first_of_piece(part_of(node)) : 0;
+  }
   /// Of a node: the number of the first piece in its part of the map.
   [[nodiscard]] int part_of(int node) const { return are_several() ? nodes_.part_of(node) : 0; }
   /// Whether a node is in a small part of the map, which is not drawn.

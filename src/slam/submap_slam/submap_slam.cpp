@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include <wayfare/core/gaussian.hpp>
 #include <wayfare/slam/detail/graph_slam/wall_crossings.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 
@@ -77,6 +78,17 @@ WallCrossings SubmapSlamSystem::Engine::wall_crossings(const OccupancyGrid& map)
   return detail::wall_crossings(scans, map, options_.T_base_laser.raw().translation());
 }
 
+/// Of the latest node, and of the scan placed from there.
+Eigen::Matrix3d SubmapSlamSystem::Engine::covariance() {
+  if (scans_.empty()) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d& node = uncertainty_.of_latest(
+      map_, pieces_.first_of_part(map_.latest()),
+      {statistics_.nodes, map_.graph.edges.size(), statistics_.optimisations});
+  const SE2d& since = scans_.back().T_node_base;
+  const Eigen::Matrix3d step = placed_ + options_.drift.covariance(since.translation().norm());
+  return compose(Gaussian<SE2d>{SE2d(), node}, Gaussian<SE2d>{since, step}).covariance;
+}
+
 std::size_t SubmapSlamSystem::Engine::memory_bytes() {
   std::size_t sum = tracker_.memory_bytes() + search_.memory_bytes();
   for (const SubmapNode& n : map_.nodes) sum += n.points->xy().size() * sizeof(std::int16_t);
@@ -97,6 +109,7 @@ Trajectory SubmapSlamSystem::trajectory() const { return engine_->trajectory(); 
 const PoseGraph2& SubmapSlamSystem::graph() const { return engine_->graph(); }
 const SubmapSlamStatistics& SubmapSlamSystem::statistics() const { return engine_->statistics(); }
 const LocalPlacement& SubmapSlamSystem::local() const { return engine_->local(); }
+Eigen::Matrix3d SubmapSlamSystem::covariance() const { return engine_->covariance(); }
 OccupancyGrid SubmapSlamSystem::map(const OccupancyGridOptions& shape,
                                     const InverseLidarModel& model) const {
   return engine_->map(shape, model);

@@ -37,7 +37,10 @@ struct Published {
 };
 
 void expect_sane(const SlamNodeOutput& out) {
-  for (const PoseStamped& p : out.poses) ASSERT_TRUE(plane_pose_of(p.pose)) << "a pose";
+  for (const auto& p : out.poses) ASSERT_TRUE(gaussian_of(p.pose)) << "a pose";
+  if (out.particles) {
+    for (const Pose& p : out.particles->poses) ASSERT_TRUE(plane_pose_of(p)) << "a particle";
+  }
   for (const TransformStamped& t : out.transforms)
     ASSERT_TRUE(std::isfinite(t.transform.translation.x) &&
                 std::isfinite(t.transform.translation.y) && yaw_of(t.transform.rotation))
@@ -72,7 +75,7 @@ class Drive {
  private:
   void take(const SlamNodeOutput& out) {
     expect_sane(out);
-    for (const PoseStamped& p : out.poses) {
+    for (const auto& p : out.poses) {
       published_.poses.push_back(*time_of(p.header.stamp));
       published_.bytes += to_cdr(p);
     }

@@ -48,6 +48,7 @@ class Driven {
   void take(const ros::SlamNodeOutput& out) {
     poses.insert(poses.end(), out.poses.begin(), out.poses.end());
     transforms_out.insert(transforms_out.end(), out.transforms.begin(), out.transforms.end());
+    if (out.particles) particles.push_back(*out.particles);
     if (out.map) map = out.map;
     if (out.path) path = out.path;
     for (const ros::Notice& n : out.notices) said += n.text + "\n";
@@ -55,7 +56,8 @@ class Driven {
 
   ros::SlamNode node;
   double now_s = 100.0, step_s = 0.05;
-  std::vector<ros::PoseStamped> poses;
+  std::vector<ros::PoseWithCovarianceStamped> poses;
+  std::vector<ros::PoseArray> particles;
   std::vector<ros::TransformStamped> transforms_out;
   std::optional<ros::OccupancyGrid> map;
   std::optional<ros::Path> path;

@@ -113,7 +113,8 @@ void replay_intel(double seconds, const std::string& map_period_s) {
   const auto maps = Live::listen<ros::OccupancyGrid>("map");
   const auto paths = Live::listen<ros::Path>("path");
   const auto begin = std::chrono::steady_clock::now();
-  auto player = Live::play(bag_of(r, "intel.bag"), {"/scan", "/odom"});
+  auto player =
+      Live::play(bag_of(r, std::to_string(r.scans.size()) + " of intel.bag"), {"/scan", "/odom"});
   // Process what is received meanwhile: a queue has a capacity of a thousand.
   int code = -1;
   const double lasts_s = to_seconds(r.scans.back().time - r.scans.front().time);
@@ -178,7 +179,7 @@ TEST_F(Live, SurvivesARestartedPublisherAndTimeGoingBack) {
 
 TEST_F(Live, ReportsAMissingTransformAndContinuesOnceItIsThere) {
   Process slam = slam_node("1");
-  const auto poses = listen<ros::PoseStamped>("pose");
+  const auto poses = listen<ros::PoseWithCovarianceStamped>("pose");
   EXPECT_TRUE(spin_until(30.0, [&] {
     return slam.output().find("waits for laser scans") != std::string::npos;
   })) << slam.output();

@@ -29,6 +29,8 @@ TEST_F(Live, ADriveOnAKnownMapGivesTheOfflinePoses) {
   auto initial = node_->publisher<ros::PoseWithCovarianceStamped>(topic("initialpose"));
   ASSERT_TRUE(spin_until(30.0, [&] { return initial.subscribers() == 1; })) << localiser.output();
   initial.publish(testing::initial_pose(testing::begin_of(drive), drive.scans.front().time));
+  // The node's writers find the test's readers a little later than its readers the test's writers.
+  spin_until(2.0, [] { return false; });
   ASSERT_EQ(play(path("known.bag"), {"/scan", "/odom"}).wait(120.0), 0) << localiser.output();
   const Trajectory offline = testing::offline(drive, testing::begin_of(drive)).trajectory(true);
   EXPECT_TRUE(spin_until(30.0, [&] { return poses->size() >= offline.size(); }))

@@ -21,6 +21,7 @@ namespace {
 using testing::Driven;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using testing::radar_drive;
 
 RadarSlamOptions few() {
@@ -91,10 +92,35 @@ TEST(SlamNodeWithRadar, GivesTheOfflineMap) {
     const auto& t = driven.transforms_out.back().transform;
     const SE2d T_map_odom =
         *ros::plane_pose_of({{t.translation.x, t.translation.y, 0.0}, t.rotation});
-    const SE2d pose = *ros::plane_pose_of(driven.poses.back().pose);
+    const SE2d pose = *ros::plane_pose_of(driven.poses.back().pose.pose);
     const LogTime time = *ros::time_of(driven.poses.back().header.stamp);
     EXPECT_LT((T_map_odom * odometry.at(time)->raw()).minus(pose).norm(), 1e-9);
   }
+}
+
+// All of them twice a second, about the poses.
+TEST(SlamNodeWithRadar, PublishesParticlesAndCovariances) {
+  Driven driven = driven_by(SlamSensors::both);
+  driven.transforms(radar_drive());
+  drive(driven);
+  ASSERT_THAT(driven.particles, Not(IsEmpty()));
+  const auto time = [](const auto& message) { return *ros::time_of(message.header.stamp); };
+  const double lasted_s = to_seconds(time(driven.poses.back()) - time(driven.poses.front()));
+  EXPECT_LE(static_cast<double>(driven.particles.size()), 1.0 + lasted_s / 0.5);
+  EXPECT_GE(static_cast<double>(driven.particles.size()), 0.5 * lasted_s);
+  for (const ros::PoseArray& cloud : driven.particles) {
+    EXPECT_EQ(cloud.header.frame_id, "map");
+    EXPECT_EQ(cloud.poses.size(), few().particles);
+    const auto pose = std::ranges::find_if(
+        driven.poses, [&](const auto& p) { return p.header.stamp == cloud.header.stamp; });
+    ASSERT_NE(pose, driven.poses.end());
+    const SE2d at = *ros::plane_pose_of(pose->pose.pose);
+    for (const ros::Pose& particle : cloud.poses)
+      EXPECT_LT(at.minus(*ros::plane_pose_of(particle)).norm(), 1.0);
+  }
+  for (std::size_t i = 1; i < driven.poses.size(); ++i)
+    EXPECT_TRUE(ros::gaussian_of(driven.poses[i].pose)) << i;
+  EXPECT_GT(driven.poses.back().pose.covariance[0], 0.0);
 }
 
 TEST(SlamNodeWithRadar, OrderOfArrivalDoesNotMatter) {

@@ -72,8 +72,33 @@ TEST(SlamNode, MapToOdomTimesOdometryIsThePose) {
     EXPECT_EQ(*ros::time_of(t.header.stamp) - time, from_seconds(0.1));
     const SE2d T_map_odom = *ros::plane_pose_of(
         {{t.transform.translation.x, t.transform.translation.y, 0.0}, t.transform.rotation});
-    const SE2d pose = *ros::plane_pose_of(driven.poses[i].pose);
+    const SE2d pose = *ros::plane_pose_of(driven.poses[i].pose.pose);
     EXPECT_LT((T_map_odom * odometry.at(time)->raw()).minus(pose).norm(), 1e-9);
+  }
+}
+
+// About the map's axes, as ROS has it: x, y and yaw, the rest zero. Submaps and Hector SLAM alike,
+// the first exact, as the map begins there, and the room seen as a whole no more than decimetres.
+TEST(SlamNode, PublishesTheCovarianceOfPoses) {
+  for (const auto system : {ros::LaserSystem::submap, ros::LaserSystem::hector}) {
+    ros::SlamNodeOptions options;
+    options.system = system;
+    Driven driven(options);
+    driven.transforms();
+    drive(driven, room_drive());
+    ASSERT_EQ(driven.poses.size(), room_drive().scans.size());
+    EXPECT_THAT(driven.particles, IsEmpty());
+    EXPECT_EQ(ros::gaussian_of(driven.poses.front().pose)->covariance, Eigen::Matrix3d::Zero());
+    for (std::size_t i = 1; i < driven.poses.size(); ++i) {
+      const auto pose = ros::gaussian_of(driven.poses[i].pose);
+      ASSERT_TRUE(pose) << i << ": " << pose.error().to_string();
+      const Eigen::Vector3d sigma = pose->covariance.diagonal().cwiseSqrt();
+      EXPECT_GT(sigma.minCoeff(), 1e-4) << i;
+      EXPECT_LT(sigma.head<2>().maxCoeff(), 0.3) << i;
+      EXPECT_LT(sigma[2], Angle::degrees(5).radians()) << i;
+      for (const std::size_t k : {14U, 21U, 28U})
+        EXPECT_EQ(driven.poses[i].pose.covariance[k], 0.0) << "z, roll and pitch";
+    }
   }
 }
 
@@ -148,7 +173,7 @@ TEST(SlamNode, ShowsThePieceWhereTheRobotIs) {
   ASSERT_TRUE(driven.map && driven.path);
   EXPECT_LT(driven.path->poses.size(), r.scans.size());
   EXPECT_GT(driven.path->poses.size(), r.scans.size() / 3);
-  const SE2d end = *ros::plane_pose_of(driven.poses.back().pose);
+  const SE2d end = *ros::plane_pose_of(driven.poses.back().pose.pose);
   EXPECT_LT(end.minus(*ros::plane_pose_of(driven.path->poses.back().pose)).norm(), 0.1);
   EXPECT_LT(static_cast<float>(driven.map->info.width) * driven.map->info.resolution, 35.0F);
   EXPECT_GT(driven.map->info.origin.position.x, 20.0);
@@ -183,8 +208,8 @@ TEST(SlamNode, AResetOfOdometryIsNoMotion) {
   whole.transforms();
   drive(whole, room_drive());
   ASSERT_EQ(driven.poses.size(), whole.poses.size());
-  const SE2d end = *ros::plane_pose_of(driven.poses.back().pose);
-  EXPECT_LT(end.minus(*ros::plane_pose_of(whole.poses.back().pose)).norm(), 0.05);
+  const SE2d end = *ros::plane_pose_of(driven.poses.back().pose.pose);
+  EXPECT_LT(end.minus(*ros::plane_pose_of(whole.poses.back().pose.pose)).norm(), 0.05);
   // The transform is relative to the odometry as received.
   const auto& t = driven.transforms_out.back().transform;
   const SE2d T_map_odom =

@@ -18,7 +18,7 @@ namespace {
 
 using Exchanged =
     std::tuple<ros::LaserScan, ros::PointCloud2, ros::Imu, ros::Odometry, ros::TfMessage,
-               ros::OccupancyGrid, ros::PoseWithCovarianceStamped, ros::Clock>;
+               ros::OccupancyGrid, ros::PoseWithCovarianceStamped, ros::PoseArray, ros::Clock>;
 
 template <class M>
 void compare(std::uint32_t sample, std::uint32_t size) {

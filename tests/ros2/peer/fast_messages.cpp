@@ -56,6 +56,10 @@ struct FastFields {
     each_of(f, m.position(), m.orientation());
   }
   template <class F>
+  static void fields(F& f, geometry_msgs::msg::dds_::PoseArray_& m) {
+    each_of(f, m.header(), m.poses());
+  }
+  template <class F>
   static void fields(F& f, geometry_msgs::msg::dds_::PoseWithCovariance_& m) {
     each_of(f, m.pose(), m.covariance());
   }
@@ -154,6 +158,8 @@ const std::vector<FastMessage::Kind>& FastMessage::kinds() {
       {"geometry_msgs/msg/PoseWithCovarianceStamped",
        dds::TypeSupport(new g::PoseWithCovarianceStamped_PubSubType),
        visit<g::PoseWithCovarianceStamped_>},
+      {"geometry_msgs/msg/PoseArray", dds::TypeSupport(new g::PoseArray_PubSubType),
+       visit<g::PoseArray_>},
       {"rosgraph_msgs/msg/Clock", dds::TypeSupport(new rosgraph_msgs::msg::dds_::Clock_PubSubType),
        visit<rosgraph_msgs::msg::dds_::Clock_>},
   };

@@ -12,6 +12,12 @@
 
 namespace wayfare {
 
+/// Of a pose of which nothing is known, m² and rad².
+inline constexpr double kUnknownVariance = 1e12;
+[[nodiscard]] inline Eigen::Matrix3d unknown_covariance() {
+  return kUnknownVariance * Eigen::Matrix3d::Identity();
+}
+
 /// A motion with its standard deviation, in the frame at its end.
 struct Motion {
   SE2d increment;
@@ -23,10 +29,8 @@ struct Motion {
   [[nodiscard]] Eigen::Matrix3d accumulated(const Eigen::Matrix3d& before) const {
     const Eigen::Matrix3d turn = increment.inverse().adjoint();
     const Eigen::Matrix3d sum = turn * before * turn.transpose() + covariance();
-    // Nothing is known then; leaps of odometry would make products overflow.
-    constexpr double kUnknown = 1e12;
-    if (!(sum.diagonal().maxCoeff() < kUnknown)) return kUnknown * Eigen::Matrix3d::Identity();
-    return sum;
+    // Leaps of odometry would make products overflow.
+    return sum.diagonal().maxCoeff() < kUnknownVariance ? sum : unknown_covariance();
   }
 };
 

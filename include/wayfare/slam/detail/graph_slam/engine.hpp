@@ -72,7 +72,7 @@ class GraphSlamEngine {
     if (nodes_.size() < 2) return {};
     while (join(joiner_.search_all(nodes_))) {
     }
-    if (auto done = optimise(50, 1e-6); !done) return done;
+    if (auto done = optimise_all(); !done) return done;
     joiner_.place_small_parts(nodes_);
     nodes_have_moved(latest_node() * scans_.back().T_node_base);
     joiner_.count(nodes_, statistics_);
@@ -234,7 +234,7 @@ class GraphSlamEngine {
     const SE2d T_node_base = latest_node().inverse() * pose_;
     nodes_.join(edges);
     ++statistics_.joins;
-    (void)optimise(20, 1e-5);
+    (void)optimise(20, 1e-5, optimiser_);
     nodes_have_moved(latest_node() * T_node_base);
     return true;
   }
@@ -280,14 +280,21 @@ class GraphSlamEngine {
   Result<void> optimise_after_loops() {
     constexpr int kIterations = 5;
     constexpr double kMinGain = 1e-4;
-    if (!merges_nodes(options_, nodes_)) return optimise(kIterations, kMinGain);
-    return wayfare::optimise(local_optimiser_.around(nodes_.latest()), nodes_.graph(),
-                             loop_kernel(options_.loop_kernel_sigmas), kIterations, kMinGain,
-                             statistics_.optimisations);
+    if (!merges_nodes(options_, nodes_)) return optimise(kIterations, kMinGain, optimiser_);
+    return optimise(kIterations, kMinGain, local_optimiser_.around(nodes_.latest()));
   }
 
-  Result<void> optimise(int iterations, double min_gain) {
-    return wayfare::optimise(optimiser_, nodes_.graph(), loop_kernel(options_.loop_kernel_sigmas),
+  /// To convergence; where nodes are merged, with the map as a whole where it is.
+  Result<void> optimise_all() {
+    constexpr int kIterations = 50;
+    constexpr double kMinGain = 1e-6;
+    if (!merges_nodes(options_, nodes_)) return optimise(kIterations, kMinGain, optimiser_);
+    return optimise(kIterations, kMinGain, local_optimiser_.everywhere());
+  }
+
+  template <class Optimiser>
+  Result<void> optimise(int iterations, double min_gain, Optimiser& optimiser) {
+    return wayfare::optimise(optimiser, nodes_.graph(), loop_kernel(options_.loop_kernel_sigmas),
                              iterations, min_gain, statistics_.optimisations);
   }
 

@@ -19,6 +19,10 @@ class LocalOptimiser {
     pose_ = pose;
     return *this;
   }
+  /// The next calls optimise all poses. The map as a whole stays where it is, by least squares,
+  /// instead of the pose held: one with few edges may be the least certain of all, and the map
+  /// would turn about it.
+  LocalOptimiser& everywhere() { return around(kNowhere); }
   /// Errors as those of GraphOptimiser, with the poses unchanged.
   Result<void> optimise(PoseGraph2& graph, const OptimiseOptions& options);
 
@@ -28,6 +32,10 @@ class LocalOptimiser {
   Result<void> optimise_region(PoseGraph2& graph, const OptimiseOptions& options);
   [[nodiscard]] bool border_has_moved(const PoseGraph2& graph,
                                       const std::vector<SE2d>& before) const;
+
+  Result<void> optimise_whole(PoseGraph2& graph, const OptimiseOptions& options);
+
+  static constexpr int kNowhere = -1;
 
   int pose_ = 0;
   std::vector<int> first_, edges_;  // of each pose: its first entry among `edges_`

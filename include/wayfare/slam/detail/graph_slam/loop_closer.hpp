@@ -178,6 +178,15 @@ class LoopCloser {
                         static_cast<std::size_t>(2 * count + 1), nodes.piece(piece).part, end + 1);
   }
 
+  /// The prior of the search where nodes are merged: the covariance of the path. Along a corridor
+  /// nearly all poses agree, those farther in the map a little better; without it one at the border
+  /// of the window may be taken.
+  [[nodiscard]] std::optional<Eigen::Matrix3d> prior(const NodeMap& nodes,
+                                                     const Candidate& candidate) const {
+    if (!merges_nodes(options_, nodes)) return {};
+    return candidate.covariance.inverse();
+  }
+
   /// The edge from a candidate to the latest node, if the latest scans match there.
   [[nodiscard]] LoopMatch match(const NodeMap& nodes, const Candidate& candidate,
                                 const PointSet& context) const {
@@ -187,11 +196,12 @@ class LoopCloser {
     const SearchWindow window = loop_window(candidate.covariance, options_.loop_reach_m);
     const double reach = window.half_x_m;
     const double needed = reach > 1.0 ? options_.wide_loop_score : options_.loop_score;
+    const auto prior = this->prior(nodes, candidate);
     LocalMap map;
     map.render(around, options_.cell_m, options_.search_sigma_m);
     const Placement found = reach > 0.6
-                                ? map.search_far(context, nodes.pose(latest), window, needed)
-                                : map.search(context, nodes.pose(latest), window);
+                                ? map.search_far(context, nodes.pose(latest), window, needed, prior)
+                                : map.search(context, nodes.pose(latest), window, prior);
     if (found.score < needed) return edge;
     const auto sharp = matching_.confirm(around, nodes.points(latest), found.T_map_points, map);
     if (!sharp) return sharp.error();

@@ -176,7 +176,6 @@ class NodeMap {
       SE2d& pose = graph_.poses[static_cast<std::size_t>(k)];
       pose = by * pose;
     }
-    merged_ = true;
   }
   /// Whether nodes were merged into others: consecutive ones need not have been passed in a row.
   [[nodiscard]] bool& merged() { return merged_; }
