@@ -165,9 +165,11 @@ struct DeadReckoningOptions {
   /// updates replace the filter's options: every update adds noise to the maps.
   double odometry_update_travel_m = 0.7;
   Angle odometry_update_turn = Angle::degrees(20);  ///< heading change
-  /// Without wheels the windows searched are wide, and fine cells slow. Side of a cell, standard
-  /// deviation of a point about it and independent points that replace those of the LiDAR then.
-  double odometry_cell_m = 0.05, odometry_point_sigma_m = 0.06, odometry_independent_points = 60.0;
+  /// Without wheels the windows searched are wide, and fine cells slow: cells of this size, m, and
+  /// the two that follow then replace those of the LiDAR.
+  double odometry_cell_m = 0.05;
+  double odometry_point_sigma_m = 0.06;       ///< of a point about the cell it measures
+  double odometry_independent_points = 60.0;  ///< of a scan; 0: all
   /// A wheel is stuck if it reports no motion while the other rolls this distance and the gyro does
   /// not measure the rotation which that implies.
   double stuck_after_m = 0.05;

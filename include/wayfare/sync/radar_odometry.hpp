@@ -31,9 +31,9 @@ struct RadarOdometryOptions {
   double slip_share = 0.08;       ///< of the wheels' speed or turn rate
   double slip_m_s = 0.01;         ///< m/s
   double slip_turn_rad_s = 0.08;  ///< rad/s
-  /// Standard deviation of the ratio of the radar's speed to the wheels' before any is known, and
-  /// of its change in one second.
-  double scale_sigma = 0.03, scale_walk_per_sqrt_s = 0.001;
+  /// Standard deviation of the ratio of the radar's speed to the wheels' before any is known.
+  double scale_sigma = 0.03;
+  double scale_walk_per_sqrt_s = 0.001;  ///< standard deviation of its change in one second
 };
 
 /// Distances rolled, and how they were found.
