@@ -106,8 +106,9 @@ class HectorSlamSystem {
   [[nodiscard]] const Trajectory& trajectory() const;
   /// Of the latest pose relative to the first, a right perturbation: x and y along the base's axes,
   /// m², and heading, rad². It is that of the map nearby by `HectorSlamOptions::drift`, then that
-  /// of the last match and of the motion since. Found again for each call, in a time that grows
-  /// with the scans in the map.
+  /// of a match, at most `map_travel_m` or `map_turn` ago, or of one before and of the motion since
+  /// where scans are not matched. Found again for each call, in a time that grows with the scans in
+  /// the map.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
   /// The finest grid.
   [[nodiscard]] const OccupancyGrid& map() const;

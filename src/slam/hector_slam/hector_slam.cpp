@@ -55,7 +55,7 @@ class HectorSlamSystem::Engine {
       if (!placed) return placed;
       outcome = *placed;
     }
-    if (outcome.matched && map_update_due()) {
+    if (outcome.matched && map_update_due(pose_)) {
       const auto inserted = insert_into_map(view, points);
       if (!inserted && map_.empty()) return inserted.error();
       outcome.became_node = inserted.has_value();
@@ -176,7 +176,8 @@ class HectorSlamSystem::Engine {
     options.min_score = options_.min_score;
     options.independent_points = options_.independent_points;
     options.prior_information = predicted.information;
-    options.covariance = true;
+    // It hardly changes between scans that enter the map.
+    options.covariance = has_imu_ || !placed_by_match_ || map_update_due(predicted.pose);
     const Eigen::Vector3d reach = predicted.search_sigmas * predicted.sigma;
     const double half_m = std::max(reach[0], reach[1]);
     const SearchWindow window{half_m, half_m, Angle::radians(reach[2])};
@@ -193,7 +194,10 @@ class HectorSlamSystem::Engine {
       return outcome;
     }
     pose_ = (*found)->T_map_points;
-    placed_ = open_direction(**found, points).widen(covariance_of(**found));
+    if (options.covariance) {
+      placed_ = open_direction(**found, points).widen(covariance_of(**found));
+      placed_by_match_ = true;
+    }
     if (has_imu_ && (*found)->covariance) fuse_match(**found, points, predicted.pose);
     outcome.score = (*found)->score;
     outcome.matched = true;
@@ -205,6 +209,7 @@ class HectorSlamSystem::Engine {
     const Motion motion{pose_.inverse() * predicted.pose, predicted.sigma};
     placed_ = predicted.in_map ? Eigen::Matrix3d(predicted.information.inverse())
                                : motion.accumulated(placed_);
+    placed_by_match_ = false;
     pose_ = predicted.pose;
   }
 
@@ -245,11 +250,11 @@ class HectorSlamSystem::Engine {
   /// starts all over the filter's uncertainty, and takes the best.
   void multi_start_search(const PointSet& points, const Predicted& predicted, MatchOptions options,
                           Found& best) {
-    constexpr double kStep_m = 0.5, kSigmas = 2.0, kFarthest_m = 3.0;
+    constexpr double kStep_m = 0.5, kSigmas = 2.0, kFarthestStart_m = 3.0;
     const double sigma = std::max(predicted.sigma[0], predicted.sigma[1]);
     if (!(sigma > kStep_m)) return;
     options.prior_information.reset();
-    const int reach = static_cast<int>(std::min(kFarthest_m, kSigmas * sigma) / kStep_m);
+    const int reach = static_cast<int>(std::min(kFarthestStart_m, kSigmas * sigma) / kStep_m);
     const SearchWindow window{kStep_m, kStep_m, Angle::radians(kSigmas * predicted.sigma[2])};
     for (int i = -reach; i <= reach; ++i)
       for (int j = -reach; j <= reach; ++j) {
@@ -273,8 +278,8 @@ class HectorSlamSystem::Engine {
       ++statistics_.fused_scans;
   }
 
-  [[nodiscard]] bool map_update_due() const {
-    return !T_map_latest_inserted_ || reaches(T_map_latest_inserted_->inverse() * pose_,
+  [[nodiscard]] bool map_update_due(const SE2d& pose) const {
+    return !T_map_latest_inserted_ || reaches(T_map_latest_inserted_->inverse() * pose,
                                               options_.map_travel_m, options_.map_turn);
   }
 
@@ -300,6 +305,7 @@ class HectorSlamSystem::Engine {
   MotionModel motion_model_;
   SE2d pose_;
   Eigen::Matrix3d placed_ = Eigen::Matrix3d::Zero();  // of the pose in the map nearby
+  bool placed_by_match_ = false;                      // not by motion since
   MapUncertainty uncertainty_;
   std::optional<SE2d> T_map_latest_inserted_;  // pose of the latest scan in the map
   Trajectory trajectory_;
