@@ -84,8 +84,7 @@ struct SubmapSlamOptions {
   PathDrift drift{};
 
   // Memory.
-  int tables_kept =
-      12;  ///< finished submaps with search tables in memory; others are packed points
+  int tables_kept = 5;  ///< finished submaps with search tables in memory; others are packed points
   /// Finished submaps kept for loop closures; older ones are dropped and their trajectory is fixed.
   /// 0: all.
   int max_submaps = 0;
