@@ -60,7 +60,7 @@ foreach(_case IN ITEMS "play_recording" "slam_node;--config" "localise_node;--ma
 endforeach()
 
 # No program is forgotten.
-set(_without_files calibration_study corridor_study demo endless_runs feet_study hallway_comparison ins_consistency lidar_driver_node
+set(_without_files calibration_study corridor_study covariance_study demo endless_runs feet_study hallway_comparison ins_consistency lidar_driver_node
     hector_node localisation_table pedestrian_node pedestrian_slam_node pedestrian_slam_study play_recording
     localise_node radar_driver_node radar_odometry_study radar_slam_study radar_statistics record_topics ros2_latency
     slam_node sweep_study xsens_driver_node)
