@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "decode/trimmed.hpp"
+
 namespace wayfare::decode {
 namespace {
 
 constexpr std::string_view kPrompt = ":/>";
 constexpr std::size_t kLongestAnswer = 4096;
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 /// Calls `f` with the lines of a text, trimmed.
 template <class F>

@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "decode/trimmed.hpp"
+
 namespace wayfare::decode {
 
 namespace {
@@ -19,13 +21,6 @@ struct Command {
   std::vector<std::string_view> arguments;
   std::size_t line = 0;
 };
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 std::optional<Command> command_of(std::string_view line, std::size_t number) {
   std::string_view rest = trimmed(line);

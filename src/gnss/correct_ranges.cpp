@@ -51,8 +51,7 @@ class Corrector {
     const Time<GpsClock> transmission = time_ - from_seconds(measured_m / kSpeedOfLight_mps);
     const Ephemeris* ephemeris = ephemerides_.nearest(o.satellite, transmission);
     if (ephemeris == nullptr) return RangeRefusal::no_ephemeris;
-    const Duration limit =
-        options_.limits.age[static_cast<std::size_t>(index_of(o.satellite.system))];
+    const Duration limit = options_.limits.age[index_of(o.satellite.system)];
     const Duration age = transmission - reference_time(*ephemeris);
     if (age > limit || age < -limit) return RangeRefusal::ephemeris_too_far;
     const double carrier = carrier_of(o, *ephemeris);
@@ -94,8 +93,7 @@ class Corrector {
   };
 
   [[nodiscard]] std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const {
-    if (!options_.systems[static_cast<std::size_t>(index_of(o.satellite.system))])
-      return RangeRefusal::not_wanted;
+    if (!options_.systems[index_of(o.satellite.system)]) return RangeRefusal::not_wanted;
     const auto& excluded = options_.excluded;
     if (std::find(excluded.begin(), excluded.end(), o.satellite) != excluded.end())
       return RangeRefusal::not_wanted;

@@ -40,8 +40,6 @@ struct RangeSet {
   int systems = 0;
 };
 
-std::size_t index(GnssSystem system) { return static_cast<std::size_t>(index_of(system)); }
-
 RangeSet ranges_of(const RangeEpoch& epoch) {
   RangeSet set;
   set.column.fill(-1);
@@ -51,7 +49,7 @@ RangeSet ranges_of(const RangeEpoch& epoch) {
                         std::isfinite(r.range_sigma_m) && is_place(r.position_ecef_m);
     if (!usable || !is_first(r.satellite)) continue;
     set.ranges.push_back(&r);
-    int& column = set.column[index(r.satellite.system)];
+    int& column = set.column[index_of(r.satellite.system)];
     if (column < 0) column = 3 + set.systems++;
   }
   return set;
@@ -65,14 +63,14 @@ System linearise(const RangeSet& set, const Eigen::VectorXd& x, const SinglePoin
     const double distance = to_satellite.norm();
     Eigen::VectorXd row = Eigen::VectorXd::Zero(x.size());
     row.head<3>() = -to_satellite / distance;
-    const int clock = set.column[index(r->satellite.system)];
+    const int clock = set.column[index_of(r->satellite.system)];
     row[clock] = 1.0;
     s.add(row, r->range_m - distance - x[clock], r->range_sigma_m);
   }
-  const int gps = set.column[index(GnssSystem::gps)];
+  const int gps = set.column[index_of(GnssSystem::gps)];
   for (const GnssSystem system : kAllGnssSystems) {
-    const auto& known = options.offsets[index(system)];
-    const int clock = set.column[index(system)];
+    const auto& known = options.offsets[index_of(system)];
+    const int clock = set.column[index_of(system)];
     if (!known || clock < 0 || gps < 0 || clock == gps) continue;
     Eigen::VectorXd row = Eigen::VectorXd::Zero(x.size());
     row[clock] = 1.0, row[gps] = -1.0;
@@ -231,7 +229,7 @@ void fill_residuals(const RangeEpoch& epoch, const RangeSet& set, const Solution
 /// do not count as used, too.
 void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, bool all, SinglePoint& point) {
   for (const SatelliteResidual& r : point.residuals) {
-    const std::size_t s = index(r.satellite.system);
+    const std::size_t s = index_of(r.satellite.system);
     if (r.range_used || (all && !std::isnan(r.range_m))) point.clock_bias_m[s] = x[set.column[s]];
   }
   const auto& clocks = point.clock_bias_m;

@@ -9,12 +9,6 @@
 #include <wayfare/gnss/ephemerides.hpp>
 
 namespace wayfare {
-namespace {
-
-std::size_t index(GnssSystem system) { return static_cast<std::size_t>(index_of(system)); }
-
-}  // namespace
-
 void SystemOffsets::learn(const SinglePoint& point) {
   const double gps = point.clock_bias_m[0];
   if (!point.consistent || point.degrees_of_freedom < 2 || !std::isfinite(gps)) return;
@@ -32,7 +26,7 @@ void SystemOffsets::learn(const SinglePoint& point) {
 }
 
 std::optional<ClockOffset> SystemOffsets::of(GnssSystem system) const {
-  const Track& track = tracks_[index(system)];
+  const Track& track = tracks_[index_of(system)];
   if (system == GnssSystem::gps) return ClockOffset{0.0, 0.0};
   if (track.count < 10) return std::nullopt;
   // Errors of successive epochs are correlated: half of one epoch's deviation.
@@ -41,7 +35,7 @@ std::optional<ClockOffset> SystemOffsets::of(GnssSystem system) const {
 
 std::array<std::optional<ClockOffset>, kGnssSystems> SystemOffsets::all() const {
   std::array<std::optional<ClockOffset>, kGnssSystems> result;
-  for (const GnssSystem system : kAllGnssSystems) result[index(system)] = of(system);
+  for (const GnssSystem system : kAllGnssSystems) result[index_of(system)] = of(system);
   return result;
 }
 

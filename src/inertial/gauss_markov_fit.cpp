@@ -148,8 +148,8 @@ class LagFit {
       }
     }
     // A model error keeps precisely known lags from dominating the others.
-    constexpr double kModelError = 0.05;
-    c.diagonal().array() += kModelError * kModelError * variance * variance;
+    constexpr double kLagModelError = 0.05;
+    c.diagonal().array() += kLagModelError * kLagModelError * variance * variance;
     weight_ = c.ldlt().solve(Eigen::MatrixXd::Identity(c.rows(), c.cols()));
   }
   /// Covariance of σ² and τ, from the model's derivatives.

@@ -11,9 +11,9 @@ namespace {
 
 constexpr int kBlockBits = 4, kBlock = 1 << kBlockBits;  // divides a tile's side
 constexpr int kBins = 32, kBinBits = 7;                  // of log-odds 0 … 4 nats
-constexpr float kLimit = 1 << 20;
+constexpr float kFarthestCell = 1 << 20;
 
-Error invalid(const char* what) {
+Error invalid_field(const char* what) {
   return {ErrorCode::invalid, std::string("OccupancyField: ") + what};
 }
 
@@ -54,13 +54,13 @@ Result<CellBox> OccupancyFieldMaker::place(const PointSet& points, const SE2d& p
                static_cast<float>(pose.rotation().cos() * scale),
                static_cast<float>(pose.rotation().sin() * scale),
                static_cast<float>(pose.x() * scale - base_.x),
-               static_cast<float>(pose.y() * scale - base_.y), kLimit, u_.data(), v_.data());
+               static_cast<float>(pose.y() * scale - base_.y), kFarthestCell, u_.data(), v_.data());
   CellBox box;
   kernel.min_max(u_.data(), n, &box.min.x, &box.max.x);
   kernel.min_max(v_.data(), n, &box.min.y, &box.max.y);
   constexpr int kEdge = 1 << 20;
   if (box.min.x <= -kEdge || box.min.y <= -kEdge || box.max.x >= kEdge || box.max.y >= kEdge)
-    return invalid("a point is not finite or too far away");
+    return invalid_field("a point is not finite or too far away");
   return CellBox{box.min + base_, box.max + base_};
 }
 
@@ -140,10 +140,10 @@ Result<void> OccupancyFieldMaker::make(const OccupancyGrid& grid, const PointSet
   if (!(floor > 0 && floor < 1) || !(options.sigma_m > 0) || !(radius_m <= 15 * resolution) ||
       !(options.min_probability > 0 && options.min_probability < 1) ||
       !(reach.translation_m >= 0 && reach.heading_rad >= 0))
-    return empty_with(invalid("an option is out of range (the kernel may reach 15 cells)"));
-  if (points.empty()) return empty_with(invalid("no points"));
+    return empty_with(invalid_field("an option is out of range (the kernel may reach 15 cells)"));
+  if (points.empty()) return empty_with(invalid_field("no points"));
   if (!T_map_points.translation().allFinite() || !std::isfinite(T_map_points.heading().radians()))
-    return empty_with(invalid("the pose is not finite"));
+    return empty_with(invalid_field("the pose is not finite"));
   auto box = place(points, T_map_points, resolution);
   if (!box) return empty_with(box.error());
   prepare_kernels(options, resolution);

@@ -24,8 +24,9 @@ inline KeplerianEphemeris sky_message(GnssSystem system, int number) {
   k.sqrt_semi_major_axis = galileo ? 5440.6 : system == GnssSystem::beidou ? 5282.6 : 5153.7;
   k.eccentricity = 0.001 * number;
   k.inclination_rad = 0.96;
-  k.ascending_node_rad = 1.05 * (number % 6) + 0.3 * index_of(system);
-  k.mean_anomaly_rad = std::remainder(2.4 * number + 0.7 * index_of(system), 6.283185307179586);
+  k.ascending_node_rad = 1.05 * (number % 6) + 0.3 * static_cast<double>(index_of(system));
+  k.mean_anomaly_rad =
+      std::remainder(2.4 * number + 0.7 * static_cast<double>(index_of(system)), 6.283185307179586);
   k.argument_of_perigee_rad = 0.3;
   k.ascending_node_rate_radps = -8e-9;
   k.crs_m = 30.0, k.cuc_rad = 1e-6, k.cis_rad = 1e-7;
@@ -94,7 +95,7 @@ inline double sky_range_m(const Ephemeris& message, const SkyReceiver& receiver,
   const double delay_m = sky_delay_m(message, receiver, at_s);
   const SatelliteState s =
       satellite_state(message, sky_time() + from_seconds(at_s - delay_m / kSpeedOfLight_mps));
-  const auto system = static_cast<std::size_t>(index_of(satellite_of(message).system));
+  const auto system = index_of(satellite_of(message).system);
   return delay_m + receiver.clock_m[system] + receiver.drift_mps * at_s -
          kSpeedOfLight_mps * (s.clock_s - group_delay_s(message, carrier).value());
 }

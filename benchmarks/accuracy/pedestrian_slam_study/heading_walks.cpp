@@ -11,7 +11,7 @@ namespace wayfare::examples {
 namespace {
 
 /// Headings are relative to the first scan, both in the map and by the gyro.
-HeadingErrors follow(const RecordedWalk& recorded, const PedestrianSlamOptions& options) {
+HeadingErrors heading_errors(const RecordedWalk& recorded, const PedestrianSlamOptions& options) {
   PedestrianSlam slam(options);
   double squares = 0.0, normalised = 0.0, first = 0.0;
   std::size_t count = 0;
@@ -57,9 +57,9 @@ std::vector<HeadingErrors> follow_headings(const Walk& walk, std::uint64_t seed,
   if (gyro_bias.degrees() > kStudyBias_deg)
     options.pedestrian.ahrs.bias_sigma = gyro_bias.radians();
   options.heading = false;
-  const HeadingErrors outside = follow(simulated.recorded, options);
+  const HeadingErrors outside = heading_errors(simulated.recorded, options);
   options.heading = true;
-  return {outside, follow(simulated.recorded, options)};
+  return {outside, heading_errors(simulated.recorded, options)};
 }
 
 }  // namespace wayfare::examples

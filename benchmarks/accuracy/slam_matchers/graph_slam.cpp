@@ -8,7 +8,8 @@ namespace {
 
 /// A row for a matcher, with the scores that suit its scale.
 template <class M>
-System with(const std::string& matcher_name, const M& matcher, Scores own, const Scores& given) {
+System graph_with(const std::string& matcher_name, const M& matcher, Scores own,
+                  const Scores& given) {
   GraphSlamOptions options;
   options.tracked_score = given.tracked > 0.0 ? given.tracked : own.tracked;
   options.lost_score = given.lost > 0.0 ? given.lost : own.lost;
@@ -25,8 +26,8 @@ std::vector<System> graph_slam_systems(const Scores& scores) {
            [](const Recording& recording, const SlamProgress& progress) {
              return system_run(run_graph_slam(recording, {}, progress));
            }},
-          with("ICP", IcpMatcher(), {0.35, 0.25}, scores),
-          with("NDT", NdtMatcher(), {0.55, 0.50}, scores)};
+          graph_with("ICP", IcpMatcher(), {0.35, 0.25}, scores),
+          graph_with("NDT", NdtMatcher(), {0.55, 0.50}, scores)};
 }
 
 }  // namespace wayfare::examples

@@ -15,7 +15,7 @@ Result<SystemRun> hector_run(const Result<HectorRun>& run) {
 
 /// A row for a matcher, by the system's own scores unless given.
 template <class M>
-System with(const std::string& matcher_name, const M& matcher, const Scores& given) {
+System hector_with(const std::string& matcher_name, const M& matcher, const Scores& given) {
   HectorSlamOptions options;
   if (given.tracked > 0.0) options.tracked_score = given.tracked;
   if (given.lost > 0.0) options.lost_score = given.lost;
@@ -32,8 +32,8 @@ std::vector<System> hector_slam_systems(const Scores& scores) {
            [](const Recording& recording, const SlamProgress& progress) {
              return hector_run(run_hector_slam(recording, {}, progress));
            }},
-          with("ICP", IcpMatcher(), scores),
-          with("NDT", NdtMatcher(), scores)};
+          hector_with("ICP", IcpMatcher(), scores),
+          hector_with("NDT", NdtMatcher(), scores)};
 }
 
 }  // namespace wayfare::examples

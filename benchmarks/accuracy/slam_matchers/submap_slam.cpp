@@ -8,7 +8,7 @@ namespace {
 
 /// A row for a matcher. The system's own scores suit ICP and NDT.
 template <class M>
-System with(const std::string& matcher_name, const M& matcher, const Scores& given) {
+System submap_with(const std::string& matcher_name, const M& matcher, const Scores& given) {
   SubmapSlamOptions options;
   if (given.tracked > 0.0) options.tracked_score = given.tracked;
   if (given.lost > 0.0) options.lost_score = given.lost;
@@ -25,8 +25,8 @@ std::vector<System> submap_slam_systems(const Scores& scores) {
            [](const Recording& recording, const SlamProgress& progress) {
              return system_run(run_submap_slam(recording, {}, progress));
            }},
-          with("ICP", IcpMatcher(), scores),
-          with("NDT", NdtMatcher(), scores)};
+          submap_with("ICP", IcpMatcher(), scores),
+          submap_with("NDT", NdtMatcher(), scores)};
 }
 
 }  // namespace wayfare::examples

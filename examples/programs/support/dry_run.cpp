@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -13,12 +12,12 @@
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/io/nav_text.hpp>
 
+#include "degree.hpp"
 #include "program_files.hpp"
 
 namespace wayfare::examples {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// As GPS time, which a counter of the unit's own is not.

@@ -3,19 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/text_file.hpp>
 
+#include "degree.hpp"
 #include "progress_line.hpp"
 
 namespace wayfare::examples {
 namespace {
 
 using Cause = DriveFinding::Cause;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 std::string list(const Eigen::Vector3d& v, int decimals) {
   return "[" + eval::fixed(v.x(), decimals) + ", " + eval::fixed(v.y(), decimals) + ", " +

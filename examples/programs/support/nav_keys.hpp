@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,13 +12,12 @@
 
 #include <wayfare/core/se3.hpp>
 
+#include "degree.hpp"
 #include "nav_config.hpp"
 
 namespace wayfare::examples {
 
 using Json = nlohmann::ordered_json;
-
-inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Key {
   std::string name;

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 
 #include <wayfare/core/se3.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
+
+#include "degree.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -185,8 +186,6 @@ Facts facts_of(const NavOutputs& run) {
     facts.emplace_back("notices", std::to_string(run.run.notices.size()));
   return facts;
 }
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 void append_fixed(std::string& out, double value, int decimals) {
   out += ' ';

@@ -2,17 +2,15 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include <wayfare/core/se3.hpp>
 #include <wayfare/io/report.hpp>
 
+#include "degree.hpp"
 #include "nav_outputs.hpp"
 
 namespace wayfare::examples {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 const char* name_of_plain(const NavOutputs& run) {
   return run.recording.recording.ranges.empty() ? "fixes" : "plain GNSS";

@@ -50,7 +50,9 @@ inline constexpr GnssSystem kAllGnssSystems[] = {GnssSystem::gps, GnssSystem::gl
                                                  GnssSystem::galileo, GnssSystem::beidou};
 
 /// Place in arrays by system.
-[[nodiscard]] constexpr int index_of(GnssSystem system) { return static_cast<int>(system); }
+[[nodiscard]] constexpr std::size_t index_of(GnssSystem system) {
+  return static_cast<std::size_t>(system);
+}
 /// RINEX's letter: G, R, E, C.
 [[nodiscard]] constexpr char letter_of(GnssSystem system) { return "GREC"[index_of(system)]; }
 [[nodiscard]] const char* name_of(GnssSystem system);  ///< GPS, GLONASS, Galileo or BeiDou

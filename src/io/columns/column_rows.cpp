@@ -14,7 +14,6 @@ namespace wayfare::io {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr std::int64_t kGpsEpochUnix_s = 315964800;  // 1980-01-06
 constexpr std::int64_t kWeek_s = 604800;
 
 /// Whole numbers separated by `separator`: "2025/07/08".

@@ -34,6 +34,8 @@ enum class Dimension : std::uint8_t {
   decibel_hertz
 };
 
+inline constexpr std::int64_t kGpsEpochUnix_s = 315964800;  ///< 1980-01-06
+
 /// A quantity that a reader uses.
 struct Quantity {
   std::string_view stem;

@@ -23,7 +23,6 @@ constexpr Quantity kClock[] = {{"device", Dimension::time}};
 
 constexpr std::size_t kHeader = 76;
 constexpr std::size_t kRecord = 8;
-constexpr std::int64_t kGpsEpochUnix_s = 315964800;
 
 }  // namespace
 

@@ -151,14 +151,14 @@ void ObservationHeader::finish() {
   for (const GnssSystem system : kAllGnssSystems) {
     const Types& types =
         version_2_ ? types_of_all_ : types_[static_cast<unsigned char>(letter_of(system))];
-    places_[static_cast<std::size_t>(index_of(system))] = places_among(system, types);
+    places_[index_of(system)] = places_among(system, types);
   }
 }
 
 std::vector<SignalPlaces> ObservationHeader::places_among(GnssSystem system,
                                                           const Types& types) const {
   std::vector<SignalPlaces> places;
-  for (const std::string& signal : options_.signals[static_cast<std::size_t>(index_of(system))]) {
+  for (const std::string& signal : options_.signals[index_of(system)]) {
     if (signal.size() != 2) continue;
     const auto find = [&](char kind) {
       const auto here = std::find_if(types.begin(), types.end(), [&](const auto& names) {

@@ -95,7 +95,7 @@ class ObservationHeader {
   [[nodiscard]] std::size_t values_of_version_2() const { return types_of_all_.size(); }
   /// Of the requested signals, in their order.
   [[nodiscard]] const std::vector<SignalPlaces>& places(GnssSystem system) const {
-    return places_[static_cast<std::size_t>(index_of(system))];
+    return places_[index_of(system)];
   }
 
  private:

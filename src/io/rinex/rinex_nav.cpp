@@ -16,7 +16,7 @@ namespace {
 using rinex::columns;
 using rinex::label;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kBlank = std::numeric_limits<double>::quiet_NaN();
 
 /// The numbers of a message: clock line and up to seven lines of four. A blank field is NaN.
 struct Record {
@@ -147,7 +147,7 @@ class NavigationReader {
   }
 
   bool begin_record(std::string_view line, Record& record) {
-    record.v.fill(kNone);
+    record.v.fill(kBlank);
     const std::size_t id = version2_ ? 2 : 3;
     record.letter = version2_ ? letter2_ : line[0];
     std::string name(columns(line, 0, id));

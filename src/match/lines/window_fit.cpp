@@ -34,11 +34,11 @@ std::vector<Line> window_lines(const Beams& beams, const WallOptions& options) {
 /// Mean direction of the lines within one bin of the fullest of a histogram.
 std::optional<double> most_frequent_direction(const std::vector<Line>& lines,
                                               std::optional<Angle> near) {
-  constexpr double kNear_rad = 25.0 * std::numbers::pi / 180.0;
+  constexpr double kNearDirection_rad = 25.0 * std::numbers::pi / 180.0;
   const auto off = [](double a, double b) { return std::remainder(a - b, std::numbers::pi); };
   std::array<int, kDirections> histogram{};
   for (const Line& line : lines) {
-    if (near && std::abs(off(line.direction_rad, near->radians())) > kNear_rad) continue;
+    if (near && std::abs(off(line.direction_rad, near->radians())) > kNearDirection_rad) continue;
     const auto bin = static_cast<int>(std::floor(line.direction_rad / kBin_rad)) + kDirections / 2;
     ++histogram[static_cast<std::size_t>(std::clamp(bin, 0, kDirections - 1))];
   }

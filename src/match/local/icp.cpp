@@ -62,16 +62,16 @@ Cost cost_of(const std::vector<Pair>& pairs, const SE2d& pose, double sigma_m, d
 }
 
 /// Σ of the gradients' outer products over pairs, and the fit of all points.
-struct Fit {
+struct IcpFit {
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
   double mean_log_likelihood = 0.0;
 };
 
-Fit fit_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
-           const IcpOptions& options) {
+IcpFit fit_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
+              const IcpOptions& options) {
   const double log_floor = std::log(options.floor_probability);
   const double reach = options.sigma_m * std::sqrt(-2 * log_floor);
-  Fit fit;
+  IcpFit fit;
   const std::vector<Pair> pairs = pairs_at(map, points, pose, reach);
   for (const Pair& pair : pairs) {
     const double sigmas = pair.residual(pose) / options.sigma_m;
@@ -115,7 +115,7 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
     reach = std::min(reach, wanted);
     if (converged) break;
   }
-  const Fit fit = fit_at(map, points, pose, options_);
+  const IcpFit fit = fit_at(map, points, pose, options_);
   return prior_term.match({pose, fit.mean_log_likelihood,
                            1 - fit.mean_log_likelihood / std::log(options_.floor_probability),
                            1 / (options_.sigma_m * options_.sigma_m), [&] { return fit.outer; }});

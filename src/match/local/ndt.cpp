@@ -63,12 +63,13 @@ Likeliest likeliest(const Level& level, const Eigen::Vector2d& point) {
   return best;
 }
 
-struct Fit {
+struct NdtFit {
   double score = 0.0, mean_log_likelihood = 0.0;
 };
 
-Fit fit_at(const Level& level, const PointSet& points, const SE2d& pose, double floor_probability) {
-  Fit fit;
+NdtFit fit_at(const Level& level, const PointSet& points, const SE2d& pose,
+              double floor_probability) {
+  NdtFit fit;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double e = likeliest(level, pose * Eigen::Vector2d(points[i].cast<double>())).likelihood;
     fit.score += e;
@@ -106,7 +107,7 @@ Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const Po
     prior_term.minimise(pose, cost_at, options_.max_iterations, options_.tolerance);
   }
   const Level& finest = map.levels().back();
-  const Fit fit = fit_at(finest, points, pose, options_.floor_probability);
+  const NdtFit fit = fit_at(finest, points, pose, options_.floor_probability);
   return prior_term.match({pose, fit.mean_log_likelihood, fit.score, 1.0,
                            [&] { return information_at(finest, points, pose); }});
 }

@@ -16,8 +16,6 @@
 namespace wayfare::ros {
 namespace {
 
-std::string seconds(Duration d) { return std::to_string(to_seconds(d)) + " s"; }
-
 std::string place(const SE2d& pose) {
   return "x " + std::to_string(pose.x()) + " m, y " + std::to_string(pose.y()) + " m, heading " +
          std::to_string(pose.heading().degrees()) + " degrees";

@@ -245,11 +245,11 @@ Odometry odometry_message(const PedestrianPose& pose, const std::optional<Pedest
   Odometry message = message_of(pose.odometry(), odom_frame, base_frame);
   // Of x, y, z and rotations about them: quantities not estimated are unknown.
   constexpr double kUnknown = 1e6;
-  constexpr std::array<std::size_t, 3> kPlane = {0, 1, 5};
+  constexpr std::array<std::size_t, 3> kInPlane = {0, 1, 5};
   for (std::size_t i = 0; i < 6; ++i) message.pose.covariance[7 * i] = kUnknown;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
-      message.pose.covariance[6 * kPlane[i] + kPlane[j]] =
+      message.pose.covariance[6 * kInPlane[i] + kInPlane[j]] =
           pose.covariance(static_cast<int>(i), static_cast<int>(j));
   if (before && pose.time > before->time)
     message.twist.twist.linear.x = pose.length_m / to_seconds(pose.time - before->time);

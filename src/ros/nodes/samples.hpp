@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <wayfare/core/time.hpp>
@@ -24,6 +25,9 @@ void forget_before(std::vector<Sample>& samples, LogTime time) {
       std::find_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.time >= time; });
   if (first - samples.begin() > kWorthIt) samples.erase(samples.begin(), first - 1);
 }
+
+/// For messages.
+inline std::string seconds(Duration d) { return std::to_string(to_seconds(d)) + " s"; }
 
 template <class Samples>
 std::optional<LogTime> last_of(const Samples& samples) {

@@ -7,12 +7,6 @@
 #include "ros/nodes/samples.hpp"
 
 namespace wayfare::ros {
-namespace {
-
-std::string seconds(Duration d) { return std::to_string(to_seconds(d)) + " s"; }
-
-}  // namespace
-
 void ScanNode::leave_out(const std::string& kind, const std::string& about, std::string text,
                          double now_s, Severity severity) {
   const std::uint64_t n = ++left_out_[kind];

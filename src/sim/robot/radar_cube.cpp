@@ -9,8 +9,6 @@
 namespace wayfare::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 // Response of a windowed transform of `length` samples to a tone `offset` bins away, 1 at 0,
 // Without its phase, which is the same for all tones of a bin: sum over n of w(n) cos(2 pi offset
 // (n - m) / N) about the middle m, for a window that is a sum of cosines.
@@ -22,9 +20,9 @@ double window_response(const std::array<double, Terms>& cosines, std::size_t len
   for (std::size_t n = 0; n < length; ++n) {
     double w = 0.0;
     for (std::size_t k = 0; k < Terms; ++k)
-      w += cosines[k] * std::cos(2.0 * kPi * static_cast<double>(k * n) / last);
+      w += cosines[k] * std::cos(2.0 * std::numbers::pi * static_cast<double>(k * n) / last);
     gain += w;
-    sum += w * std::cos(2.0 * kPi * offset * (static_cast<double>(n) - middle) /
+    sum += w * std::cos(2.0 * std::numbers::pi * offset * (static_cast<double>(n) - middle) /
                         static_cast<double>(length));
   }
   return sum / gain;
@@ -95,7 +93,7 @@ void add_echo(Cube& cube, const Echo& echo) {
   const Kernel &in_range = range_kernel(), &in_doppler = doppler_kernel();
   std::array<Complex, kAntennas> steering;
   for (std::size_t m = 0; m < kAntennas; ++m) {
-    const double phase = echo.phase + kPi * static_cast<double>(m) * echo.sine;
+    const double phase = echo.phase + std::numbers::pi * static_cast<double>(m) * echo.sine;
     steering[m] = Complex(std::polar(echo.amplitude, phase));
   }
   const auto bins = static_cast<int>(cube.dopplers());
@@ -108,7 +106,7 @@ void add_echo(Cube& cube, const Echo& echo) {
     const float gain = in_doppler(echo.doppler_bins - d);
     // The second transmitter sends half a chirp pair later; the firmware compensates this phase
     // with the bin's Doppler, not with the echo's own.
-    const double late = 2.0 * kPi * (echo.doppler_bins - d) / (2.0 * bins);
+    const double late = 2.0 * std::numbers::pi * (echo.doppler_bins - d) / (2.0 * bins);
     const Complex second(static_cast<float>(std::cos(late)), static_cast<float>(std::sin(late)));
     const auto doppler = static_cast<std::size_t>((d % bins + bins) % bins);
     for (int r = r0; r <= r1; ++r) {

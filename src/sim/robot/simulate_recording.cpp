@@ -8,7 +8,7 @@
 namespace wayfare::sim {
 namespace {
 
-enum Stream : std::uint64_t { kWheels, kGyro, kLidar };
+enum RobotStream : std::uint64_t { kWheels, kGyro, kLidar };
 
 std::string place(const Eigen::Vector2d& p) {
   char text[64];

@@ -19,7 +19,7 @@
 namespace wayfare::sim {
 namespace {
 
-enum Stream : std::uint64_t { kClock, kFirstSatellite };
+enum RangeStream : std::uint64_t { kClock, kFirstSatellite };
 
 /// Phases of satellites that were not measured in the epoch before have another ambiguity.
 template <class Epoch>

@@ -120,7 +120,6 @@ FootTruth walk(const Foot& foot, const FeetPlan& plan, double duration_s, const 
 }
 
 constexpr double kStart_s = 1.5;  // from rest to walking
-constexpr double kPi = std::numbers::pi;
 
 SO3d about(const Eigen::Vector3d& axis, double angle) { return SO3d::exp(axis * angle); }
 
@@ -167,7 +166,7 @@ HeadWalk::HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& p
   roll_ = waves(p_.roll.radians(), rng);
   const double pitch = rng.normal(), roll = rng.normal();
   q_head_unit_ = SO3d::exp(p_.mounting_sigma.radians() * Eigen::Vector3d(roll, pitch, 0.0));
-  phase_ = 2 * kPi * rng.uniform();
+  phase_ = 2 * std::numbers::pi * rng.uniform();
   duration_s_ = 2 * p_.rest_s + kStart_s + along_.back() / p_.speed_m_s;
 }
 
@@ -176,7 +175,8 @@ std::vector<HeadWalk::Wave> HeadWalk::waves(double sigma, Rng& rng) {
   std::vector<Wave> result;
   for (int k = 0; k < 5; ++k) {
     const double period = 2.5 + 9.5 * rng.uniform();
-    result.push_back({sigma * std::sqrt(2.0 / 5), 2 * kPi / period, 2 * kPi * rng.uniform()});
+    result.push_back({sigma * std::sqrt(2.0 / 5), 2 * std::numbers::pi / period,
+                      2 * std::numbers::pi * rng.uniform()});
   }
   return result;
 }
@@ -192,7 +192,7 @@ double HeadWalk::travelled(double time_s) const {
   const auto ramp = [&](double t) {  // the integral of (1 - cos) / 2 over the start
     if (t <= 0) return 0.0;
     if (t >= kStart_s) return t - kStart_s / 2;
-    return t / 2 - kStart_s / (2 * kPi) * std::sin(kPi * t / kStart_s);
+    return t / 2 - kStart_s / (2 * std::numbers::pi) * std::sin(std::numbers::pi * t / kStart_s);
   };
   const double walking = along_.back() / p_.speed_m_s;
   const double t = time_s - p_.rest_s;
@@ -222,7 +222,7 @@ Eigen::Vector2d HeadWalk::rounded(double s) const {
 HeadWalk::Pose HeadWalk::at(double time_s) const {
   const double s = travelled(time_s);
   const double pace = (travelled(time_s + 0.05) - travelled(time_s - 0.05)) / (0.1 * p_.speed_m_s);
-  const double step = 2 * kPi * s / p_.step_m + 0.4 * std::sin(s / 2.3 + phase_);
+  const double step = 2 * std::numbers::pi * s / p_.step_m + 0.4 * std::sin(s / 2.3 + phase_);
   // A walker looks in the direction of the path a little later.
   const Eigen::Vector2d ahead = rounded(s + 0.7) - rounded(s - 0.1);
   const double heading = std::atan2(ahead.y(), ahead.x());

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-enum Stream : std::uint64_t { kWalls, kCorners, kHidden, kFloor };
+enum ReflectorStream : std::uint64_t { kWalls, kCorners, kHidden, kFloor };
 
 Vector2d across(const Segment& wall) {
   const Vector2d along = (wall.b_m - wall.a_m).normalized();

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-enum Stream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar, kPeople };
+enum WorldStream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar, kPeople };
 
 constexpr std::array<WorldName, 6> kWorlds{{
     {"corridor_loop", "long corridors around a block, 18 m x 30 m, one lap and a bit"},

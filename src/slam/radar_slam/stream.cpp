@@ -50,7 +50,7 @@ Gaussian<SE2d> with_noise(const SE2d& increment, const MotionNoise& noise) {
   return {increment, Eigen::Vector3d(along, along, heading).asDiagonal()};
 }
 
-enum Stream : std::size_t { kOdometry, kRadar, kLaser, kStreams };
+enum Stream : std::size_t { kOdometrySamples, kRadarFrames, kLaserScans, kStreams };
 
 }  // namespace
 
@@ -86,12 +86,12 @@ class RadarSlamStream::Impl {
     if (by_wheels()) synchroniser_.push(sample);
   }
   void add(const OdometrySample& sample) {
-    if (accept(kOdometry, sample.time)) odometry_.push(sample);
+    if (accept(kOdometrySamples, sample.time)) odometry_.push(sample);
   }
   void add(const RadarScan& scan) {
     if (by_wheels()) {
       synchroniser_.push(scan);
-    } else if (accept(kRadar, scan.time)) {
+    } else if (accept(kRadarFrames, scan.time)) {
       radar_.push(scan);
     }
   }
@@ -99,7 +99,7 @@ class RadarSlamStream::Impl {
   void add(const LaserScan& scan) {
     if (by_wheels()) {
       synchroniser_.push(scan);
-    } else if (accept(kLaser, scan.time)) {
+    } else if (accept(kLaserScans, scan.time)) {
       lasers_.push(scan);
     }
   }
@@ -140,8 +140,8 @@ class RadarSlamStream::Impl {
  private:
   [[nodiscard]] bool by_wheels() const { return options_.motion == MotionSource::wheels; }
   [[nodiscard]] bool uses(Stream stream) const {
-    if (stream == kOdometry) return options_.motion == MotionSource::odometry;
-    return options_.sensors != (stream == kRadar ? SlamSensors::lidar : SlamSensors::radar);
+    if (stream == kOdometrySamples) return options_.motion == MotionSource::odometry;
+    return options_.sensors != (stream == kRadarFrames ? SlamSensors::lidar : SlamSensors::radar);
   }
 
   bool accept(Stream stream, LogTime time) {
@@ -179,14 +179,15 @@ class RadarSlamStream::Impl {
     if (lasers_.empty() && !whole) return wait_for({});
     if (!lasers_.empty()) {
       const LogTime time = lasers_.front().time;
-      if (frames.empty() ? has_reached(kRadar, time) : frames.back().time >= time)
-        return has_reached(kOdometry, time) ? std::optional(process_laser()) : wait_for("odometry");
+      if (frames.empty() ? has_reached(kRadarFrames, time) : frames.back().time >= time)
+        return has_reached(kOdometrySamples, time) ? std::optional(process_laser())
+                                                   : wait_for("odometry");
       if (!whole) return wait_for("radar scans");
     }
     const LogTime time = frames.back().time;
-    if (lasers_.empty() && !has_reached(kLaser, time)) return wait_for("laser scans");
-    return has_reached(kOdometry, time) ? std::optional(process_radar(frames))
-                                        : wait_for("odometry");
+    if (lasers_.empty() && !has_reached(kLaserScans, time)) return wait_for("laser scans");
+    return has_reached(kOdometrySamples, time) ? std::optional(process_radar(frames))
+                                               : wait_for("odometry");
   }
 
   /// Radar frames of the next augmented scan; more may follow if it is not `whole`.
@@ -247,7 +248,7 @@ class RadarSlamStream::Impl {
   }
 
   RbpfOutcome lidar_scan(const LaserScan& scan) {
-    if (!uses(kLaser)) return {};
+    if (!uses(kLaserScans)) return {};
     bool returned = false;
     for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
     if (returned) returned_ = scan.time;
@@ -255,7 +256,7 @@ class RadarSlamStream::Impl {
   }
 
   RbpfOutcome radar_scan(LogTime time, const PointSet& points) {
-    if (!uses(kRadar)) return {};
+    if (!uses(kRadarFrames)) return {};
     if (!points.empty()) detected_ = time;
     return record(slam_.add_radar(time, points), "radar", time);
   }

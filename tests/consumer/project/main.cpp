@@ -25,8 +25,10 @@ int main() {
   if (!own_steps()) return 1;
 #endif
 #ifdef STRANGER_LINKS_SLAM
-  if (!matches_scans() || !own_edges() || !own_matcher() || !own_localiser() || !own_solver())
-    return 1;
+  if (!matches_scans() || !own_edges()) return 1;
+#endif
+#ifdef STRANGER_OWN_SYSTEMS
+  if (!own_matcher() || !own_localiser() || !own_solver()) return 1;
 #endif
   const wayfare::SE2d pose = turned(wayfare::SE2d(1.0, 2.0, 0.5_rad), -0.5_rad);
   std::cout << pose.log().transpose() << '\n';
