@@ -50,6 +50,8 @@ TEST(PoseConsistency, IsOfThePoseRelativeToTheFirst) {
   EXPECT_EQ(c.count(), 2U);
   EXPECT_TRUE(c.add(at(30), estimate(30, {0, 0, 0}), -p));
   EXPECT_TRUE(std::isnan(c.mean_nees()));
+  EXPECT_TRUE(c.add(at(40), estimate(40, {0, 0, 0}), p));
+  EXPECT_NEAR(c.largest_nees(), 8.0, 1e-9);
 }
 
 // Errors drawn from the covariance, one pose a drive: independent samples.

@@ -2,6 +2,7 @@
 
 // Poses with covariances along a drive against the truth: normalised squared errors (NEES).
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -36,7 +37,7 @@ class PoseConsistency {
     const double nees = normalised_squared(error, covariance);
     ++count_;
     sum_ += nees;
-    largest_ = largest_ >= nees ? largest_ : nees;
+    largest_ = std::max(largest_, nees);
     squared_errors_ += error.cwiseAbs2();
     variances_ += covariance.diagonal();
     return true;
@@ -47,7 +48,7 @@ class PoseConsistency {
   /// 3 in the mean of many drives for a consistent estimator; NaN without poses, or with a
   /// covariance that is not positive definite.
   [[nodiscard]] double mean_nees() const { return sum_ / static_cast<double>(count_); }
-  /// Of single poses.
+  /// Of single poses, of those with a positive definite covariance; 0 without any.
   [[nodiscard]] double largest_nees() const { return largest_; }
   /// Root mean squares of the errors, m and rad.
   [[nodiscard]] double error_m() const { return root_mean(squared_errors_.head<2>().sum()); }
