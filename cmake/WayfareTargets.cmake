@@ -49,6 +49,16 @@ function(wayfare_unite target)
   endif()
 endfunction()
 
+# wayfare_link_first(LIBRARY): of an inline function with several copies the linker keeps the first. With
+# WAYFARE_FAST_BUILD programs and tests are compiled with little or no optimisation; so that the library
+# does not run by their copies, all its objects stand before theirs.
+function(wayfare_link_first library)
+  if(WAYFARE_FAST_BUILD AND PROJECT_IS_TOP_LEVEL)
+    target_link_options(${library} INTERFACE
+      "$<BUILD_INTERFACE:LINKER:--whole-archive,$<TARGET_FILE:${library}>,--no-whole-archive>")
+  endif()
+endfunction()
+
 # GCC 12 warns falsely inside std::string once that is precompiled (GCC bug 105651 and its kin); these
 # checks are made where a unit is compiled by itself, as in every build without WAYFARE_FAST_BUILD.
 # Each garbage collection of GCC reads all that was precompiled: below 4 GB of its own there is none,
@@ -76,6 +86,7 @@ function(wayfare_component name)
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
     wayfare_unite(${target})
     wayfare_precompile(${target} library)
+    wayfare_link_first(${target})
   endif()
   target_link_libraries(${target} ${scope} ${WAYFARE_USES} ${ARG_PUBLIC})
   add_library(wayfare::${name} ALIAS ${target})
@@ -157,30 +168,40 @@ function(wayfare_program name)
   set_property(GLOBAL APPEND PROPERTY WAYFARE_PROGRAMS ${name})
 endfunction()
 
-# wayfare_test(NAME [BRIEF] SOURCES ... ALONE ... LIBS ...): one gtest executable, every case its own
-# ctest entry. ALONE are sources with so many templates that they compile faster by themselves. BRIEF
-# tests compute little: compiling them takes longer than running them without optimisation.
+# wayfare_test(NAME SOURCES ... BRIEF ... ALONE ... LIBS ...): one gtest executable, every case its own
+# ctest entry. BRIEF are sources whose tests compute little: compiling them takes longer than running them
+# without optimisation. ALONE are those of either with so many templates that they compile faster by
+# themselves.
 function(wayfare_test name)
-  cmake_parse_arguments(ARG "BRIEF" "" "SOURCES;ALONE;LIBS" ${ARGN})
-  add_executable(test_${name} ${ARG_SOURCES} ${ARG_ALONE})
-  if(ARG_ALONE)
-    set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  endif()
-  target_compile_features(test_${name} PRIVATE cxx_std_20)
-  target_link_libraries(test_${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
-  # What has no public header is tested too.
-  target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests"
-                                                  "${PROJECT_SOURCE_DIR}/src")
-  target_compile_definitions(test_${name} PRIVATE WAYFARE_DATA_DIR="${WAYFARE_DATA_DIR}")
-  wayfare_warnings(test_${name})
-  # Tests spend their time in the compiler, most of it on templates of Eigen and gtest.
-  set(level -O1)
+  cmake_parse_arguments(ARG "" "" "SOURCES;BRIEF;ALONE;LIBS" ${ARGN})
+  set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   if(ARG_BRIEF)
-    set(level -O0)
+    add_executable(test_${name} ${ARG_BRIEF})
+    wayfare_test_sources(test_${name} -O0 ${ARG_LIBS})
+    if(ARG_SOURCES)  # linked first: inline functions are these sources'
+      add_library(test_${name}_long OBJECT ${ARG_SOURCES})
+      wayfare_test_sources(test_${name}_long -O1 ${ARG_LIBS})
+      target_sources(test_${name} PRIVATE $<TARGET_OBJECTS:test_${name}_long>)
+    endif()
+  else()
+    add_executable(test_${name} ${ARG_SOURCES})
+    wayfare_test_sources(test_${name} -O1 ${ARG_LIBS})
   endif()
-  wayfare_unite(test_${name})
-  wayfare_precompile(test_${name} tests${level} <gtest/gtest.h> <gmock/gmock.h>)
+  target_link_libraries(test_${name} PRIVATE GTest::gtest_main)
   gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES)
+endfunction()
+
+# wayfare_test_sources(TARGET LEVEL LIB...): how sources of tests are compiled. Tests spend their time in
+# the compiler, most of it on templates of Eigen and gtest.
+function(wayfare_test_sources target level)
+  target_compile_features(${target} PRIVATE cxx_std_20)
+  target_link_libraries(${target} PRIVATE ${ARGN} GTest::gmock)
+  # What has no public header is tested too.
+  target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/tests" "${PROJECT_SOURCE_DIR}/src")
+  target_compile_definitions(${target} PRIVATE WAYFARE_DATA_DIR="${WAYFARE_DATA_DIR}")
+  wayfare_warnings(${target})
+  wayfare_unite(${target})
+  wayfare_precompile(${target} tests${level} <gtest/gtest.h> <gmock/gmock.h>)
 endfunction()
 
 # wayfare_benchmark(NAME SOURCES ... LIBS ...): bench_NAME, with Google Benchmark's main.
