@@ -85,7 +85,8 @@ TEST_P(LoopPathsOf, AcceptedEdgesAreTheShortest) {
     for (int k = first; k < std::min(first + size, 99 + kChords); ++k) batch.push_back(k);
     accepted.insert(accepted.end(), batch.begin(), batch.end());
     paths.accept(batch);
-    for (const int k : batch) paths.shorten(graph.edges[at(k)].from, kPoses, loops, check);
+    const std::vector<int> affected = paths.affected(batch, loops, kPoses);
+    for (const int k : batch) paths.shorten(graph.edges[at(k)].from, kPoses, affected, check);
     const auto shortest = distances(graph, accepted);
     for (const int k : loops)
       EXPECT_EQ(paths.edges(k), shortest[at(graph.edges[at(k)].from)][at(graph.edges[at(k)].to)]);

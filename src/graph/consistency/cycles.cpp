@@ -55,7 +55,10 @@ LoopPaths<G>::LoopPaths(const PoseGraph<G>& graph)
     sums_[at(k)] = sums_[at(k - 1)] + move * covariance(chain_[at(k)]) * move.transpose();
     lengths_[at(k)] = lengths_[at(k - 1)] + step.translation().norm();
   }
-  for (Side& side : sides_) side.poses.resize(graph.poses.size());
+  for (Side& side : sides_) {
+    side.poses.resize(graph.poses.size());
+    side.queue.resize(graph.poses.size() + 1);
+  }
 }
 
 template <LieGroup G>
@@ -64,8 +67,9 @@ void LoopPaths<G>::accept(const std::vector<int>& edges) {
   links_ = Lists<Link>(graph_.poses.size(), [&](const auto& visit) {
     for (const int edge : accepted_) {
       const auto [from, to] = ends_[at(edge)];
-      visit(from, Link{to, edge});
-      visit(to, Link{from, edge});
+      const int direction = edge == chain_[at(std::max(from, to))] ? to - from : 0;
+      visit(from, Link{to, {4 * edge + 1 + direction}});
+      visit(to, Link{from, {4 * edge + 1 - direction}});
     }
   });
 }
@@ -75,17 +79,35 @@ bool LoopPaths<G>::find(int loop, int hops, LoopPath<G>& path) {
   const PoseEdge<G>& ends = graph_.edges[at(loop)];
   const int meeting = meet(ends.from, ends.to, hops);
   if (meeting < 0) return false;
+  edges_[at(loop)] = sides_[0][meeting].depth + sides_[1][meeting].depth;
   trace(ends.from, ends.to, meeting);
-  edges_[at(loop)] = static_cast<int>(route_.size());
   compose(ends.from, path);
   return true;
 }
 
 template <LieGroup G>
+std::vector<int> LoopPaths<G>::affected(const std::vector<int>& edges,
+                                        const std::vector<int>& loops, int hops) {
+  Side& side = sides_[0];
+  ++search_;
+  clear(side);
+  for (const int edge : edges)
+    for (const int pose : {ends_[at(edge)].first, ends_[at(edge)].second})
+      if (side[pose].search != search_) start(side, pose);
+  while (side.layer() > 0) advance(side, nullptr);
+  std::vector<int> found;
+  for (const int k : loops) {
+    const auto [from, to] = ends_[at(k)];
+    const int least = side[from].depth + 1 + side[to].depth;
+    if (least <= hops && least < edges_[at(k)]) found.push_back(k);
+  }
+  return found;
+}
+
+template <LieGroup G>
 void LoopPaths<G>::start(Side& side, int pose) const {
-  side.queue.assign(1, pose);
-  side.head = 0;
-  side.poses[at(pose)] = {search_, 0, {-1, -1}};
+  side.queue[side.tail++] = pose;
+  side.poses[at(pose)] = {search_, 0, {}, pose};
 }
 
 /// Breadth first from both ends, one layer of the smaller side at a time.
@@ -93,11 +115,10 @@ template <LieGroup G>
 int LoopPaths<G>::meet(int from, int to, int hops) {
   ++search_;
   auto& [first, second] = sides_;
-  start(first, from);
-  start(second, to);
-  const auto layer = [](const Side& side) { return side.queue.size() - side.head; };
-  for (int depth = 0; depth < hops && layer(first) > 0 && layer(second) > 0; ++depth) {
-    const bool forwards = layer(first) <= layer(second);
+  clear(first), clear(second);
+  start(first, from), start(second, to);
+  for (int depth = 0; depth < hops && first.layer() > 0 && second.layer() > 0; ++depth) {
+    const bool forwards = first.layer() <= second.layer();
     const int meeting = forwards ? advance(first, &second) : advance(second, &first);
     if (meeting >= 0) return meeting;
   }
@@ -105,48 +126,74 @@ int LoopPaths<G>::meet(int from, int to, int hops) {
 }
 
 /// One layer; ends at a pose that the other side, if there is one, has reached, and returns it, or
-/// −1.
+/// −1. Whether a pose was reached before cannot be predicted, so that there is no branch on it.
 template <LieGroup G>
 int LoopPaths<G>::advance(Side& side, const Side* other) const {
-  for (const std::size_t end = side.queue.size(); side.head < end; ++side.head) {
-    const int pose = side.queue[side.head];
-    const int depth = side[pose].depth + 1;
-    for (const Link& link : links_[pose]) {
+  int* const queue = side.queue.data();
+  std::size_t tail = side.tail;
+  for (const std::size_t end = side.tail; side.head < end; ++side.head) {
+    const Reached last = side[queue[side.head]];
+    for (const Link& link : links_[queue[side.head]]) {
       Reached& next = side.poses[at(link.pose)];
-      if (next.search == search_) continue;
-      next = {search_, depth, {pose, link.edge}};
-      side.queue.push_back(link.pose);
+      const bool fresh = next.search != search_;
+      const int head = last.step.continues(link.step) ? last.head : link.pose;
+      next.search = search_;
+      next.depth = fresh ? last.depth + 1 : next.depth;
+      next.step.code = fresh ? link.step.code : next.step.code;
+      next.head = fresh ? head : next.head;
+      queue[tail] = link.pose;
+      tail += fresh ? 1 : 0;
       if (other && (*other)[link.pose].search == search_) return link.pose;
     }
   }
+  side.tail = tail;
   return -1;
+}
+
+/// Where the stretch or edge to a pose comes from, and its step.
+template <LieGroup G>
+auto LoopPaths<G>::back(const Side& side, int pose) const -> Link {
+  const Reached& reached = side[pose];
+  if (const int direction = reached.step.direction())
+    return {reached.head - direction, reached.step};
+  const auto [from, to] = ends_[at(reached.step.edge())];
+  return {from == pose ? to : from, reached.step};
 }
 
 template <LieGroup G>
 void LoopPaths<G>::trace(int from, int to, int meeting) {
   route_.clear();
-  for (int pose = meeting; pose != from; pose = sides_[0][pose].back.pose)
-    route_.push_back({pose, sides_[0][pose].back.edge});
+  for (int pose = meeting; pose != from;) {
+    const Link link = back(sides_[0], pose);
+    route_.push_back({pose, link.step});
+    pose = link.pose;
+  }
   std::reverse(route_.begin(), route_.end());
   for (int pose = meeting; pose != to; pose = route_.back().pose)
-    route_.push_back(sides_[1][pose].back);
+    route_.push_back(back(sides_[1], pose));
 }
 
-/// In the tree of a search that has reached both.
+/// In the tree of a search that has reached both; the number of edges. Of two stretches the one
+/// that begins deeper does not hold the meeting.
 template <LieGroup G>
-void LoopPaths<G>::trace(int from, int to, const Side& side) {
+int LoopPaths<G>::trace(int from, int to, const Side& side) {
   route_.clear();
+  ending_.clear();
   int a = from, b = to;
-  while (side[a].depth > side[b].depth) a = side[a].back.pose;
-  while (side[b].depth > side[a].depth) b = side[b].back.pose;
-  while (a != b) a = side[a].back.pose, b = side[b].back.pose;
-  const int meeting = a;
-  for (int pose = from; pose != meeting; pose = side[pose].back.pose)
-    route_.push_back(side[pose].back);
-  const auto second = static_cast<std::ptrdiff_t>(route_.size());
-  for (int pose = to; pose != meeting; pose = side[pose].back.pose)
-    route_.push_back({pose, side[pose].back.edge});
-  std::reverse(route_.begin() + second, route_.end());
+  while (side[a].head != side[b].head) {
+    if (side.head_depth(a) >= side.head_depth(b)) {
+      route_.push_back(back(side, a));
+      a = route_.back().pose;
+    } else {
+      const Link link = back(side, b);
+      ending_.push_back({b, link.step});
+      b = link.pose;
+    }
+  }
+  const int meeting = std::min(side[a].depth, side[b].depth);
+  if (a != b) route_.push_back({b, side[a].depth > meeting ? side[a].step : side[b].step});
+  route_.insert(route_.end(), ending_.rbegin(), ending_.rend());
+  return side[from].depth + side[to].depth - 2 * meeting;
 }
 
 template <LieGroup G>
@@ -160,32 +207,26 @@ LoopPath<G> LoopPaths<G>::along_chain(int from, int to) const {
 
 template <LieGroup G>
 LoopPath<G> LoopPaths<G>::over(int from, const Link& link) const {
-  const PoseEdge<G>& edge = graph_.edges[at(link.edge)];
+  const int k = link.step.edge();
+  const PoseEdge<G>& edge = graph_.edges[at(k)];
   const double length = edge.measurement.translation().norm();
-  if (edge.from == from) return {edge.measurement, covariance(link.edge), length};
+  if (edge.from == from) return {edge.measurement, covariance(k), length};
   // Traversed backwards, the perturbation is of the inverse.
   const SquareOf<G> move = edge.measurement.adjoint();
-  return {edge.measurement.inverse(), move * covariance(link.edge) * move.transpose(), length};
+  return {edge.measurement.inverse(), move * covariance(k) * move.transpose(), length};
 }
 
-/// Stretches along the chain are taken at once.
 template <LieGroup G>
 void LoopPaths<G>::compose(int from, LoopPath<G>& path) const {
-  const auto of_chain = [&](int pose, const Link& link) {
-    return link.edge == chain_[at(std::max(pose, link.pose))];
-  };
   path = {G(), SquareOf<G>::Zero(), 0.0};
-  for (std::size_t k = 0; k < route_.size(); ++k) {
-    int end = route_[k].pose;
-    const bool chain = of_chain(from, route_[k]);
-    for (; chain && k + 1 < route_.size() && of_chain(end, route_[k + 1]); ++k)
-      end = route_[k + 1].pose;
-    const LoopPath<G> part = chain ? along_chain(from, end) : over(from, route_[k]);
+  for (const Link& link : route_) {
+    const LoopPath<G> part =
+        link.step.direction() != 0 ? along_chain(from, link.pose) : over(from, link);
     const SquareOf<G> move = part.across.inverse().adjoint();
     path.covariance = move * path.covariance * move.transpose() + part.covariance;
     path.across = path.across * part.across;
     path.length += part.length;
-    from = end;
+    from = link.pose;
   }
 }
 

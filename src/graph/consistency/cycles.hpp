@@ -43,6 +43,11 @@ class LoopPaths {
   explicit LoopPaths(const PoseGraph<G>& graph);
 
   void accept(const std::vector<int>& edges);
+  /// Those of `loops` whose paths may have become shorter than those found last, and at most `hops`
+  /// edges long, by the accepted `edges`: over one of these no path is shorter than the ways from
+  /// both ends of the loop to the nearest.
+  [[nodiscard]] std::vector<int> affected(const std::vector<int>& edges,
+                                          const std::vector<int>& loops, int hops);
   /// A path of at most `hops` edges; false if there is none. The same for any order of equal calls.
   bool find(int loop, int hops, LoopPath<G>& path);
   /// Number of edges of the loop's path as it was found last; kNone where none was.
@@ -58,26 +63,42 @@ class LoopPaths {
   [[nodiscard]] const SquareOf<G>& covariance(int edge) const { return covariances_[at(edge)]; }
 
  private:
+  /// An edge as it is traversed: to the next or the previous pose by the chain, or another.
+  struct Step {
+    int code = 1;  // 4 × edge + 1 + direction along the chain
+
+    [[nodiscard]] int edge() const { return code / 4; }
+    [[nodiscard]] int direction() const { return code % 4 - 1; }
+    [[nodiscard]] bool continues(Step s) const {
+      return direction() != 0 && direction() == s.direction();
+    }
+  };
   struct Link {
-    int pose, edge;
+    int pose;
+    Step step;
   };
   struct Reached {  // by a search
     int search = 0, depth = 0;
-    Link back{-1, -1};
+    Step step;     // to this pose
+    int head = 0;  // first pose of the stretch along the chain that it ends, or itself
   };
   struct Side {  // a breadth-first search
     std::vector<Reached> poses;
-    std::vector<int> queue;  // the nearest first
-    std::size_t head = 0;
+    std::vector<int> queue;  // the nearest first, and room for one more
+    std::size_t head = 0, tail = 0;
 
     [[nodiscard]] const Reached& operator[](int pose) const { return poses[at(pose)]; }
+    [[nodiscard]] std::size_t layer() const { return tail - head; }
+    [[nodiscard]] int head_depth(int pose) const { return (*this)[(*this)[pose].head].depth; }
   };
 
+  void clear(Side& side) const { side.head = side.tail = 0; }
   void start(Side& side, int pose) const;
   int advance(Side& side, const Side* other) const;
   int meet(int from, int to, int hops);
+  [[nodiscard]] Link back(const Side& side, int pose) const;
   void trace(int from, int to, int meeting);
-  void trace(int from, int to, const Side& side);
+  int trace(int from, int to, const Side& side);
   [[nodiscard]] LoopPath<G> over(int from, const Link& link) const;
   void compose(int from, LoopPath<G>& path) const;
 
@@ -92,7 +113,9 @@ class LoopPaths {
   std::vector<std::pair<int, int>> ends_;  // of every edge of the graph
   std::vector<int> edges_;                 // of its path
   std::array<Side, 2> sides_;
-  std::vector<Link> route_;  // poses after the first, and the edges to them
+  std::vector<Link>
+      route_;  // ends of stretches along the chain and of other edges, and the steps there
+  std::vector<Link> ending_;  // of the route, from its end
   int search_ = 0;
 };
 
@@ -101,9 +124,9 @@ template <class Shorter>
 void LoopPaths<G>::shorten(int pose, int hops, const std::vector<int>& loops, Shorter shorter) {
   Side& side = sides_[0];
   ++search_;
+  clear(side);
   start(side, pose);
-  for (int depth = 0; depth < hops && side.head < side.queue.size(); ++depth)
-    advance(side, nullptr);
+  for (int depth = 0; depth < hops && side.layer() > 0; ++depth) advance(side, nullptr);
   LoopPath<G> path;
   for (const int k : loops) {
     const auto [from, to] = ends_[at(k)];
@@ -111,8 +134,7 @@ void LoopPaths<G>::shorten(int pose, int hops, const std::vector<int>& loops, Sh
     if (a.search != search_ || b.search != search_ || a.depth + b.depth > hops ||
         a.depth + b.depth >= edges_[at(k)])
       continue;
-    trace(from, to, side);
-    edges_[at(k)] = static_cast<int>(route_.size());
+    edges_[at(k)] = trace(from, to, side);
     compose(from, path);
     shorter(k, path);
   }

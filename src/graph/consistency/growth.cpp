@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <numbers>
@@ -128,15 +129,17 @@ template <LieGroup G>
 void LoopGrowth<G>::compare_shortened(const std::vector<int>& accepted) {
   constexpr std::size_t kSearches =
       8;  // between the ends of a loop, in the time of one from an edge
+  const std::vector<int> loops = paths_.affected(accepted, open_, hops_);
   int longest = 0;
-  for (const int k : open_) longest = std::max(longest, paths_.edges(k));
+  for (const int k : loops) longest = std::max(longest, paths_.edges(k));
   const auto shorter = [&](int k, const LoopPath<G>& path) { classify(k, path); };
-  if (kSearches * accepted.size() < open_.size()) {
+
+  if (kSearches * accepted.size() < loops.size()) {
     for (const int edge : accepted)
-      paths_.shorten(graph_.edges[at(edge)].from, std::min(hops_, longest), open_, shorter);
+      paths_.shorten(graph_.edges[at(edge)].from, std::min(hops_, longest - 1), loops, shorter);
   } else {
     LoopPath<G> path;
-    for (const int k : open_)
+    for (const int k : loops)
       if (paths_.find(k, std::min(hops_, paths_.edges(k) - 1), path)) classify(k, path);
   }
   drop_decided();
