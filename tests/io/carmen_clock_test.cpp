@@ -166,6 +166,33 @@ TEST(CarmenClock, OdometryWrittenLateIsSorted) {
                 1e-9);
 }
 
+TEST(CarmenClock, ASingleStampALittleOutOfOrderIsInterpolated) {
+  // 0.45 s too early at 0.2 s a scan: before two others, so that it is the one to doubt.
+  const auto late = [](int i) { return std::to_string(stamp_s(i) - (i == 40 ? 0.45 : 0.0)); };
+  const std::string text = damaged_log({.sensor = late});
+  const CarmenLog log = log_of(text);
+  EXPECT_EQ(log.statistics.clock, ClockState::usable);
+  EXPECT_THAT(log.statistics.clock_reason, HasSubstr("stamps of 1 of 60 scans are a little out"));
+  ASSERT_EQ(log.recording.scans.size(), std::size_t{kClockScans});
+  EXPECT_NEAR(to_seconds(log.recording.scans[40].time - log.recording.scans[39].time), 0.2, 1e-6);
+  EXPECT_FLOAT_EQ(log.recording.scans[40].ranges_m[0], 1.4F);
+}
+
+TEST(CarmenClock, AnEarlierScanRepeatedLateIsDropped) {
+  std::string text = damaged_log({});
+  const auto line_of = [&](const char* begin) {
+    const std::size_t at = text.find(begin);
+    return std::pair(at, text.find('\n', at) + 1);
+  };
+  const auto [first, end] = line_of("FLASER 3 1.390000");
+  const std::string repeated = text.substr(first, end - first);
+  text.insert(line_of("FLASER 3 1.410000").second, repeated);
+  const CarmenLog log = log_of(text);
+  EXPECT_EQ(log.recording.scans.size(), std::size_t{kClockScans});
+  EXPECT_EQ(log.statistics.clock_reason, "");
+  EXPECT_EQ(log.problems.most_frequent(), "scan is out of order");
+}
+
 TEST(CarmenClock, AFewWrongStampsAreDroppedAsBefore) {
   const auto wrong = [](int i) {
     return i % 100 == 50 ? std::string("7") : std::to_string(stamp_s(i));

@@ -1,15 +1,12 @@
 // Graph SLAM on a simulated robot that drives for hours: time of a scan, memory and error over
 // time; saved on the way and, if asked, killed.
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -22,6 +19,7 @@
 
 #include "edge_check.hpp"
 #include "robot.hpp"
+#include "support/process_memory.hpp"
 #include "support/program_files.hpp"
 
 namespace {
@@ -42,13 +40,6 @@ double thread_s() {
   timespec now{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double resident_mb() {
-  std::ifstream file("/proc/self/statm");
-  std::size_t size = 0, resident = 0;
-  file >> size >> resident;
-  return static_cast<double>(resident) * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
 }
 
 /// Over a part of the run.
@@ -85,14 +76,14 @@ void report_part(Run& run, const EndlessRobot& robot) {
   const auto nodes = static_cast<double>(run.slam.graph().poses.size());
   run.ms.add(hours, run.part.mean_ms());
   run.worst_ms.add(hours, largest);
-  run.memory.add(hours, resident_mb());
+  run.memory.add(hours, resident_memory_mb());
   run.nodes.add(hours, nodes);
   run.error.add(hours, run.part.rms_m());
   std::printf(
       "%.3f h, %.2f km: %.2f ms a scan, at most %.1f; %.0f nodes, %zu edges, %.1f MB; "
       "error %.3f m, at most %.3f\n",
       hours, robot.travelled_m() / 1000.0, run.part.mean_ms(), largest, nodes,
-      run.slam.graph().edges.size(), resident_mb(), run.part.rms_m(), run.part.worst_m);
+      run.slam.graph().edges.size(), resident_memory_mb(), run.part.rms_m(), run.part.worst_m);
   std::fflush(stdout);
   run.part = {};
 }
@@ -150,6 +141,8 @@ void print_edges(const Run& run) {
 
 Result<void> write(const Options& o, Run& run) {
   const GraphSlamStatistics& s = run.slam.statistics();
+  const double slam_mb = resident_memory_mb();
+  const OccupancyGrid map = run.slam.map();
   io::Report report("Graph SLAM over hours",
                     o.away ? "a corridor that does not return" : "a building of 100 m x 100 m");
   report.facts(
@@ -157,6 +150,8 @@ Result<void> write(const Options& o, Run& run) {
        {"not matched", std::to_string(s.unmatched_scans)},
        {"nodes", std::to_string(run.slam.graph().poses.size())},
        {"loop closures", std::to_string(s.loop_closures)},
+       {"memory before the map is drawn", eval::fixed(slam_mb, 0) + " MB"},
+       {"peak memory", eval::fixed(peak_memory_mb(), 0) + " MB"},
        {"error, aligned", eval::fixed(all_poses_error_m(run, eval::Alignment::rigid), 3) + " m"}});
   const auto plot = [&](const char* title, const char* unit, std::vector<io::Series> series) {
     report.plot({title, "simulated time [h]", unit, std::move(series)});
@@ -165,7 +160,6 @@ Result<void> write(const Options& o, Run& run) {
   plot("Memory", "[MB]", {run.memory});
   plot("Nodes", "number", {run.nodes});
   plot("Error of the latest pose", "[m]", {run.error});
-  const OccupancyGrid map = run.slam.map();
   io::MapImageOptions map_options;
   map_options.file = o.write();
   return first_error({io::write_tum(o.path("trajectory.tum"), run.slam.trajectory(), o.write()),

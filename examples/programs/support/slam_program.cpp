@@ -1,7 +1,5 @@
 #include "slam_program.hpp"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <functional>
@@ -13,6 +11,7 @@
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
+#include "process_memory.hpp"
 #include "slam_doubt.hpp"
 
 namespace wayfare::examples {
@@ -65,13 +64,6 @@ Result<Recording> read_recording(const Arguments& o, Doubt& doubt) {
   return recording;
 }
 
-/// Of the whole process, including the log it has read.
-std::string peak_memory() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return eval::fixed(static_cast<double>(usage.ru_maxrss) / 1024.0, 0) + " MB";
-}
-
 Facts facts_of(const Recording& recording, const Timed<LogRun>& run) {
   const double recording_s = to_seconds(recording.scans.back().time - recording.scans.front().time);
   Facts facts = {{"scans", std::to_string(run.slam.scans)},
@@ -81,7 +73,7 @@ Facts facts_of(const Recording& recording, const Timed<LogRun>& run) {
   facts.insert(facts.end(), {{"recording", eval::fixed(recording_s, 1) + " s"},
                              {"took", speed(run.took_s, recording_s, 2)},
                              {"per scan", eval::fixed(scan_us, 0) + " us"},
-                             {"peak memory", peak_memory()}});
+                             {"peak memory", eval::fixed(peak_memory_mb(), 0) + " MB"}});
   return facts;
 }
 

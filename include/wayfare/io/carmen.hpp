@@ -88,7 +88,7 @@ struct CarmenStatistics {
   float max_range_m = 0.0F;
   bool compressed = false;                   ///< by gzip
   ClockState clock = ClockState::usable;     ///< what the times are
-  std::string clock_reason;                  ///< for another clock than the stamps; else empty
+  std::string clock_reason;                  ///< where times are not the stamps; else empty
   std::map<std::string, std::size_t> other;  ///< unused lines, by their first word
 };
 

@@ -29,6 +29,14 @@ Error out_of_order(const Line& line, const std::vector<Line>& before, const char
   return Error{ErrorCode::invalid, std::move(message)};
 }
 
+template <class Line>
+std::vector<LogTime> times_of(const std::vector<Line>& lines) {
+  std::vector<LogTime> times;
+  times.reserve(lines.size());
+  for (const Line& line : lines) times.push_back(time_of(line));
+  return times;
+}
+
 /// Drops every line that `repeats` the previous one kept.
 template <class Line, class Repeats>
 void drop_repetitions(std::vector<Line>& lines, const char* what, const Repeats& repeats,
@@ -53,14 +61,25 @@ bool same_scan(const ScanLine& a, const ScanLine& b) {
   return a.scan.time == b.scan.time && std::equal(r.begin(), r.end(), s.begin(), s.end(), same);
 }
 
+/// Of single scans a little out of order, which repeat no other; their number.
+std::size_t interpolate_late(std::vector<ScanLine>& scans) {
+  const auto late = carmen::times_of_late_lines(times_of(scans));
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const auto repeats = [&](const ScanLine& before) { return same_scan(scans[i], before); };
+    const auto end = scans.begin() + static_cast<std::ptrdiff_t>(i);
+    if (!late[i] || std::any_of(scans.begin(), end, repeats)) continue;
+    scans[i].scan.time = *late[i];
+    ++count;
+  }
+  return count;
+}
+
 /// Drops the smallest set of lines that are not in order of time and reports them; `what` names
 /// such a line.
 template <class Line>
 void order(std::vector<Line>& lines, const char* what, Faults& faults) {
-  std::vector<LogTime> times;
-  times.reserve(lines.size());
-  for (const Line& line : lines) times.push_back(time_of(line));
-  const std::vector<bool> keep = carmen::largest_ordered_set(times);
+  const std::vector<bool> keep = carmen::largest_ordered_set(times_of(lines));
   std::vector<Line> kept;
   kept.reserve(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -172,6 +191,11 @@ class CarmenReader {
     log_.statistics.clock_reason = repair.reason;
   }
 
+  void add_clock_reason(const std::string& reason) {
+    std::string& all = log_.statistics.clock_reason;
+    all += (all.empty() ? "" : "; ") + reason;
+  }
+
   [[nodiscard]] bool empty() const {
     const Recording& r = log_.recording;
     return r.radar.empty() && r.wheels.empty() && r.gyro.empty() && r.truth.empty();
@@ -197,6 +221,10 @@ class CarmenReader {
   }
 
   std::vector<LaserScan> finish_scans(std::vector<ScanLine>& scans, const char* what) {
+    if (const std::size_t late = interpolate_late(scans); late > 0)
+      add_clock_reason("time stamps of " + std::to_string(late) + " of " +
+                       std::to_string(scans.size()) + " " + what +
+                       "s are a little out of order: their times are interpolated");
     order(scans, what, faults_);
     drop_repetitions(scans, "scan", same_scan, faults_);
     const float limit = carmen::range_limit(scans, parameters_, options_);

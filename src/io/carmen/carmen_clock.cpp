@@ -261,6 +261,17 @@ std::vector<bool> largest_ordered_set(const std::vector<LogTime>& times) {
   return keep;
 }
 
+std::vector<std::optional<LogTime>> times_of_late_lines(const std::vector<LogTime>& times) {
+  constexpr Duration kLittle = std::chrono::milliseconds(500);
+  const std::vector<bool> keep = largest_ordered_set(times);
+  std::vector<LogTime> between = times;
+  interpolate(between, keep);
+  std::vector<std::optional<LogTime>> late(times.size());
+  for (std::size_t i = 0; i < times.size(); ++i)
+    if (!keep[i] && std::chrono::abs(between[i] - times[i]) <= kLittle) late[i] = between[i];
+  return late;
+}
+
 ClockRepair repair_clock(LogLines& lines, const std::vector<ScanLine>& scan_lines,
                          Duration default_period) {
   Scans scans;

@@ -3,6 +3,7 @@
 // Private: time stamps of a CARMEN log that cannot be used as they are, and what replaces them.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,11 @@ namespace wayfare::io::carmen {
 /// Lines of a longest sequence whose times do not decrease (patience sorting), so that one wrong
 /// stamp costs one line and not all after it.
 [[nodiscard]] std::vector<bool> largest_ordered_set(const std::vector<LogTime>& times);
+
+/// Lines whose stamps are out of order by no more than half a second, which is the clock's fault
+/// and not the line's, and the times between those before and after them; other lines have none.
+[[nodiscard]] std::vector<std::optional<LogTime>> times_of_late_lines(
+    const std::vector<LogTime>& times);
 
 struct ClockRepair {
   ClockState state = ClockState::usable;
