@@ -86,7 +86,9 @@ TEST_P(LoopPathsOf, AcceptedEdgesAreTheShortest) {
     accepted.insert(accepted.end(), batch.begin(), batch.end());
     paths.accept(batch);
     const std::vector<int> affected = paths.affected(batch, loops, kPoses);
-    for (const int k : batch) paths.shorten(graph.edges[at(k)].from, kPoses, affected, check);
+    std::vector<int> poses;
+    for (const int k : batch) poses.push_back(graph.edges[at(k)].from);
+    paths.shorten(poses, kPoses, affected, check);
     const auto shortest = distances(graph, accepted);
     for (const int k : loops)
       EXPECT_EQ(paths.edges(k), shortest[at(graph.edges[at(k)].from)][at(graph.edges[at(k)].to)]);

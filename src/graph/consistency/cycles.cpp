@@ -150,6 +150,15 @@ int LoopPaths<G>::advance(Side& side, const Side* other) const {
   return -1;
 }
 
+template <LieGroup G>
+void LoopPaths<G>::search_from(int pose, int hops) {
+  Side& side = sides_[0];
+  ++search_;
+  clear(side);
+  start(side, pose);
+  for (int depth = 0; depth < hops && side.layer() > 0; ++depth) advance(side, nullptr);
+}
+
 /// Where the stretch or edge to a pose comes from, and its step.
 template <LieGroup G>
 auto LoopPaths<G>::back(const Side& side, int pose) const -> Link {

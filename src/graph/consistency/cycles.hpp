@@ -53,9 +53,10 @@ class LoopPaths {
   /// Number of edges of the loop's path as it was found last; kNone where none was.
   [[nodiscard]] int edges(int loop) const { return edges_[at(loop)]; }
   /// Calls shorter(loop, path) for those of `loops` that have a path of at most `hops` edges
-  /// through a pose which is shorter than the one found last.
+  /// through one of `poses` which is shorter than the one found last, with the shortest.
   template <class Shorter>
-  void shorten(int pose, int hops, const std::vector<int>& loops, Shorter shorter);
+  void shorten(const std::vector<int>& poses, int hops, const std::vector<int>& loops,
+               Shorter shorter);
   /// The path over the chain of trusted edges.
   [[nodiscard]] LoopPath<G> along_chain(int from, int to) const;
   /// Poses along the chain, the first at the origin.
@@ -95,6 +96,7 @@ class LoopPaths {
   void clear(Side& side) const { side.head = side.tail = 0; }
   void start(Side& side, int pose) const;
   int advance(Side& side, const Side* other) const;
+  void search_from(int pose, int hops);
   int meet(int from, int to, int hops);
   [[nodiscard]] Link back(const Side& side, int pose) const;
   void trace(int from, int to, int meeting);
@@ -121,22 +123,29 @@ class LoopPaths {
 
 template <LieGroup G>
 template <class Shorter>
-void LoopPaths<G>::shorten(int pose, int hops, const std::vector<int>& loops, Shorter shorter) {
-  Side& side = sides_[0];
-  ++search_;
-  clear(side);
-  start(side, pose);
-  for (int depth = 0; depth < hops && side.layer() > 0; ++depth) advance(side, nullptr);
+void LoopPaths<G>::shorten(const std::vector<int>& poses, int hops, const std::vector<int>& loops,
+                           Shorter shorter) {
+  std::vector<std::vector<Link>> routes(loops.size());  // empty where none is shorter
+  const Side& side = sides_[0];
+  for (const int pose : poses) {
+    search_from(pose, hops);
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      const auto [from, to] = ends_[at(loops[i])];
+      const Reached &a = side[from], &b = side[to];
+      int& edges = edges_[at(loops[i])];
+      if (a.search != search_ || b.search != search_ || a.depth + b.depth > hops ||
+          a.depth + b.depth >= edges)
+        continue;
+      edges = trace(from, to, side);
+      routes[i] = route_;
+    }
+  }
   LoopPath<G> path;
-  for (const int k : loops) {
-    const auto [from, to] = ends_[at(k)];
-    const Reached &a = side[from], &b = side[to];
-    if (a.search != search_ || b.search != search_ || a.depth + b.depth > hops ||
-        a.depth + b.depth >= edges_[at(k)])
-      continue;
-    edges_[at(k)] = trace(from, to, side);
-    compose(from, path);
-    shorter(k, path);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (routes[i].empty()) continue;
+    route_ = std::move(routes[i]);
+    compose(ends_[at(loops[i])].first, path);
+    shorter(loops[i], path);
   }
 }
 

@@ -130,13 +130,13 @@ void LoopGrowth<G>::compare_shortened(const std::vector<int>& accepted) {
   constexpr std::size_t kSearches =
       8;  // between the ends of a loop, in the time of one from an edge
   const std::vector<int> loops = paths_.affected(accepted, open_, hops_);
-  int longest = 0;
-  for (const int k : loops) longest = std::max(longest, paths_.edges(k));
-  const auto shorter = [&](int k, const LoopPath<G>& path) { classify(k, path); };
-
   if (kSearches * accepted.size() < loops.size()) {
-    for (const int edge : accepted)
-      paths_.shorten(graph_.edges[at(edge)].from, std::min(hops_, longest - 1), loops, shorter);
+    int longest = 0;
+    for (const int k : loops) longest = std::max(longest, paths_.edges(k));
+    std::vector<int> poses;
+    for (const int edge : accepted) poses.push_back(graph_.edges[at(edge)].from);
+    paths_.shorten(poses, std::min(hops_, longest - 1), loops,
+                   [&](int k, const LoopPath<G>& path) { classify(k, path); });
   } else {
     LoopPath<G> path;
     for (const int k : loops)
