@@ -10,6 +10,7 @@
 
 #include "ahrs/recording.hpp"
 #include "hector_slam/option_fields.hpp"
+#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -35,7 +36,16 @@ Result<LogRun> run(HectorSlamOptions options, const UnitOptions& unit, const Rec
     facts.emplace_back("fused", std::to_string(s.fused_scans));
     facts.emplace_back("filter starts", std::to_string(s.carrier_starts));
   }
-  return log_run(*slam, std::move(facts));
+  LogRun result = log_run(*slam, std::move(facts));
+  // There are no loop closures: what the robot passes twice is a little beside itself in a good
+  // map.
+  constexpr double kMostCrossing = 0.1, kMostOfStretch = 0.35;
+  Doubt doubt;
+  doubt_leaps(doubt, recording);
+  doubt_gaps(doubt, recording);
+  doubt_walls(doubt, slam->crossings, kMostCrossing, kMostOfStretch);
+  result.doubt = doubt.why;
+  return result;
 }
 
 }  // namespace

@@ -97,6 +97,27 @@ void doubt_leaps(Doubt& doubt, const Recording& recording) {
               " of its samples: it was set, or the robot was carried");
 }
 
+void doubt_gaps(Doubt& doubt, const Recording& recording) {
+  constexpr double kLeast_s = 4.0, kSteps = 5.0;
+  if (!recording.odometry.empty() || recording.scans.size() < 3) return;
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < recording.scans.size(); ++i)
+    steps_s.push_back(to_seconds(recording.scans[i].time - recording.scans[i - 1].time));
+  const double longest_s = *std::max_element(steps_s.begin(), steps_s.end());
+  const auto middle = steps_s.begin() + std::ssize(steps_s) / 2;
+  std::nth_element(steps_s.begin(), middle, steps_s.end());
+  if (longest_s > std::max(kLeast_s, kSteps * *middle))
+    doubt.add("no scan was taken for " + eval::fixed(longest_s, 1) +
+              " s, and there is no odometry: the robot may have been elsewhere after it");
+}
+
+void doubt_walls(Doubt& doubt, const WallCrossings& crossings, double share, double of_stretch) {
+  if (crossings.share > share || crossings.worst_stretch > of_stretch)
+    doubt.add(eval::fixed(100.0 * crossings.share, 0) + " % of the rays cross walls, " +
+              eval::fixed(100.0 * crossings.worst_stretch, 0) +
+              " % on the worst stretch: a part of the map is likely wrong");
+}
+
 Facts piece_facts(const PieceStatistics& s) {
   Facts facts;
   if (s.odometry_leaps > 0) facts.emplace_back("odometry leaps", std::to_string(s.odometry_leaps));
@@ -116,10 +137,9 @@ std::string piece_doubt(const PieceStatistics& s, const WallCrossings& crossings
   if (s.pieces_apart > 0)
     return std::to_string(s.pieces_apart) +
            " pieces of the trajectory were not joined; they are drawn beside the map";
-  if (crossings.share > kMostCrossing || crossings.worst_stretch > kMostOfStretch)
-    return eval::fixed(100.0 * crossings.share, 0) + " % of the rays cross walls, " +
-           eval::fixed(100.0 * crossings.worst_stretch, 0) +
-           " % on the worst stretch: a part of the map is likely wrong";
+  Doubt walls;
+  doubt_walls(walls, crossings, kMostCrossing, kMostOfStretch);
+  if (!walls.why.empty()) return walls.why;
   if (static_cast<double>(s.scans_apart) > kMostShort * static_cast<double>(scans))
     return std::to_string(s.scans_apart) + " of " + std::to_string(scans) +
            " scans are in pieces too short to be placed";

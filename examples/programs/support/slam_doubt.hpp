@@ -27,6 +27,13 @@ void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& 
 /// than 1.5 m and what a robot drives at 3 m/s.
 void doubt_leaps(Doubt& doubt, const Recording& recording);
 
+/// That without odometry no scan was taken for four seconds and five usual steps, for systems that
+/// go on where they were: the robot may be elsewhere.
+void doubt_gaps(Doubt& doubt, const Recording& recording);
+
+/// That rays cross walls: more than `share` of all, or `of_stretch` of those of the worst stretch.
+void doubt_walls(Doubt& doubt, const WallCrossings& crossings, double share, double of_stretch);
+
 /// Of the pieces of a trajectory, where there are several.
 [[nodiscard]] Facts piece_facts(const PieceStatistics& pieces);
 /// Why a map of pieces is in doubt; empty if it is not: pieces not joined, more than a few per cent

@@ -155,6 +155,7 @@ struct HectorRun {
   std::size_t refused_scans = 0;  ///< by add_scan
   std::string first_refusal;      ///< reason for the first of them
   std::size_t memory_bytes = 0;   ///< of the grids and tables at the end
+  WallCrossings crossings;        ///< by the map
 };
 
 /// Runs Hector SLAM over `recording`, without an inertial unit. Returns an Error if no scan could

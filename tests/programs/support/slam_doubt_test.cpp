@@ -46,6 +46,35 @@ TEST(DoubtOfOdometry, NamesLeaps) {
 }
 
 // 12 sides of 10 m with 12 corners of 90 degrees between them.
+TEST(DoubtOfScans, NamesALongGapWithoutOdometry) {
+  Recording recording;
+  for (const double t : {0.0, 0.2, 0.4, 0.6, 5.7, 5.9}) {
+    LaserScan& scan = recording.scans.emplace_back();
+    scan.time = LogTime() + from_seconds(t);
+  }
+  Doubt doubt;
+  doubt_gaps(doubt, recording);
+  EXPECT_THAT(doubt.why, HasSubstr("no scan was taken for 5.1 s"));
+  Doubt none;
+  recording.odometry = square(1, 1.0, 1.0).odometry;
+  doubt_gaps(none, recording);
+  recording.odometry.clear();
+  recording.scans.resize(4);  // 0.2 s each
+  doubt_gaps(none, recording);
+  EXPECT_EQ(none.why, "");
+}
+
+TEST(DoubtOfWalls, NamesWhatIsAboveItsLimit) {
+  for (const WallCrossings& crossings : {WallCrossings{0.11, 0.2}, WallCrossings{0.05, 0.4}}) {
+    Doubt doubt;
+    doubt_walls(doubt, crossings, 0.1, 0.3);
+    EXPECT_THAT(doubt.why, HasSubstr("of the rays cross walls"));
+  }
+  Doubt none;
+  doubt_walls(none, {0.1, 0.3}, 0.1, 0.3);
+  EXPECT_EQ(none.why, "");
+}
+
 TEST(DoubtOfOdometry, NamesLengthsAndTurnsThatContradictThePath) {
   EXPECT_EQ(doubt_of(square(3, 1.0, 1.0)), "");
   EXPECT_EQ(doubt_of(square(3, 0.8, 0.8)), "") << "a fifth is a poor calibration";

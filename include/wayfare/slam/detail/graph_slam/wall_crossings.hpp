@@ -18,7 +18,8 @@ namespace wayfare::detail {
 [[nodiscard]] inline double crossing_share(std::span<const PlacedPoints> scans,
                                            const OccupancyGrid& walls,
                                            const Eigen::Vector2d& laser) {
-  constexpr double kEnd_m = 1.0, kWall = 0.8;
+  constexpr double kEnd_m = 1.0;
+  const LogOdds wall = LogOdds::from_probability(0.8);
   const double step_m = 0.5 * walls.resolution_m();
   std::size_t crossed = 0, rays = 0;
   for (const PlacedPoints& scan : scans) {
@@ -30,7 +31,7 @@ namespace wayfare::detail {
       const int steps = static_cast<int>(((end - from).norm() - kEnd_m) / step_m);
       const Eigen::Vector2d step = (end - from).normalized() * step_m;
       for (int k = 0; k < steps; ++k) {
-        if (!(walls.probability(cell_of(from + k * step, walls.resolution_m())) > kWall)) continue;
+        if (walls.log_odds(cell_of(from + k * step, walls.resolution_m())) <= wall) continue;
         ++crossed;
         break;
       }
