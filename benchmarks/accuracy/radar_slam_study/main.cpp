@@ -26,7 +26,7 @@ struct Options {
   std::vector<std::string> sensors{"radar", "lidar", "both"};
   int runs = 10;
   std::uint64_t first_seed = 1;
-  std::size_t particles = 10;
+  std::size_t particles = RadarSlamOptions{}.particles;
   int threads = 1;
   double slant_deg = 0.0;
   std::size_t walkers = 0;

@@ -59,17 +59,16 @@ class LoopSmoother {
     return moved(path, before);
   }
 
-  /// Of the path's last pose relative to its first, by the drift and the loops on which the graph
-  /// agrees; an upper bound.
+  /// Of the path's last pose relative to its first, by the drift and the loops.
   [[nodiscard]] Eigen::Matrix3d covariance(const Trajectory& path) const {
     if (nodes_.empty()) return Eigen::Matrix3d::Zero();
     const PoseGraph2 graph = graph_of(path);
-    PathUncertaintyFinder finder;
-    const PathUncertainty& known =
-        uncertainty_from(0, graph, loop_kernel(loop().kernel_sigmas), finder);
     const SE2d since = graph.poses.back().inverse() * path.back().T_map_base.raw();
-    return compose(Gaussian<SE2d>{SE2d(), known.covariance.back()},
-                   Gaussian<SE2d>{since, drift().covariance(since.translation().norm())})
+    Gaussian<SE2d> last{SE2d(), drift().covariance(nodes_.back().travel_m)};
+    PoseGraphOptimiser<SE2d> optimiser;
+    if (optimiser.prepare_covariances(graph, loop_kernel(loop().kernel_sigmas)))
+      last.covariance = optimiser.relative_covariance(graph, 0, graph.size() - 1);
+    return compose(last, Gaussian<SE2d>{since, drift().covariance(since.translation().norm())})
         .covariance;
   }
 
