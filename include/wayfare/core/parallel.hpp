@@ -40,11 +40,15 @@ void parallel_for_workers(std::size_t n, int threads, const F& f,
   };
   std::vector<std::thread> others;
   others.reserve(workers);
+#if defined(__cpp_exceptions)
   try {
     for (std::size_t k = 1; k < workers; ++k) others.emplace_back(work, k);
   } catch (const std::system_error&) {
     // The threads there are share the work.
   }
+#else  // a system without threads to give ends the program
+  for (std::size_t k = 1; k < workers; ++k) others.emplace_back(work, k);
+#endif
   work(0);
   for (auto& thread : others) thread.join();
 }

@@ -180,7 +180,7 @@ inline TiPoint TiFrame::converted_point(std::size_t i) const {
     const bool flat = encoding_ == TiPoints::polar;
     detail::set_spherical(point, real(at), real(at + 4), flat ? 0.0F : real(at + 8));
     point.doppler_mps = real(at + (flat ? 8 : 12));
-    if (flat) point.snr_ddb = detail::decibels(real(at + 12));
+    if (flat) point.snr_ddb = detail::decibels(static_cast<double>(real(at + 12)));
   } else if (encoding_ == TiPoints::compressed) {
     const std::size_t at = 20 + 8 * i;
     const auto angle = [&](std::size_t k) {
@@ -190,15 +190,15 @@ inline TiPoint TiFrame::converted_point(std::size_t i) const {
     detail::set_spherical(point, range, angle(1), angle(0));
     point.doppler_mps = real(8) * whole(at + 2);
     point.peak = load_le<std::uint16_t>(&coordinates_[at + 6]);
-    point.snr_ddb = detail::decibels(double{real(16)} * point.peak);
+    point.snr_ddb = detail::decibels(static_cast<double>(real(16)) * point.peak);
   } else {
     const std::size_t at = 20 + 10 * i;
     point.x_m = real(0) * whole(at);
     point.y_m = real(0) * whole(at + 2);
     point.z_m = real(0) * whole(at + 4);
     point.doppler_mps = real(4) * whole(at + 6);
-    point.snr_ddb = detail::tenths(double{real(8)} * coordinates_[at + 8]);
-    point.noise_ddb = detail::tenths(double{real(12)} * coordinates_[at + 9]);
+    point.snr_ddb = detail::tenths(static_cast<double>(real(8)) * coordinates_[at + 8]);
+    point.noise_ddb = detail::tenths(static_cast<double>(real(12)) * coordinates_[at + 9]);
   }
   if (!side_info_.empty()) {
     point.snr_ddb = load_le<std::int16_t>(&side_info_[4 * i]);

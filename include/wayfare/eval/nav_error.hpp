@@ -162,7 +162,7 @@ struct NavErrors {
     result.time_s.push_back(to_seconds(truth.time - start));
     for (std::size_t k = 0; k < NavErrors::kCount; ++k) {
       const auto i = static_cast<Eigen::Index>(k);
-      const double sigma = p->sigma[i];
+      const auto sigma = static_cast<double>(p->sigma[i]);
       result.error[k].push_back(error[i]);
       result.sigma[k].push_back(k < 6 ? sigma : sigma / kDegree);
     }

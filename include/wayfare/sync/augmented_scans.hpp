@@ -50,7 +50,8 @@ struct RadarArray {
 [[nodiscard]] inline RadarPoint compensate_bearing(const RadarPoint& point,
                                                    const Eigen::Vector2d& velocity_m_s,
                                                    const RadarArray& array) {
-  const double x = point.x_m, y = point.y_m, range = std::hypot(x, y);
+  const auto x = static_cast<double>(point.x_m), y = static_cast<double>(point.y_m);
+  const double range = std::hypot(x, y);
   const double per_m_s = array.sine_per_m_s();
   if (per_m_s == 0.0 || !(range > 0.0) || !std::isfinite(point.doppler_m_s)) return point;
   const double radial = -(velocity_m_s.x() * x + velocity_m_s.y() * y) / range;
@@ -69,7 +70,8 @@ struct RadarArray {
 /// array's largest speed, where that is known.
 [[nodiscard]] inline bool is_moving(const RadarPoint& point, const Eigen::Vector2d& velocity_m_s,
                                     const RadarArray& array, double tolerance_m_s) {
-  const double x = point.x_m, y = point.y_m, range = std::hypot(x, y);
+  const auto x = static_cast<double>(point.x_m), y = static_cast<double>(point.y_m);
+  const double range = std::hypot(x, y);
   if (!(range > 0.0) || !std::isfinite(point.doppler_m_s)) return false;
   const double radial = -(velocity_m_s.x() * x + velocity_m_s.y() * y) / range;
   double mismatch = static_cast<double>(point.doppler_m_s) - radial;

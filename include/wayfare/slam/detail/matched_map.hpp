@@ -182,10 +182,17 @@ class TableMap final : public MatchedMap {
 /// Of a matcher in saved states: its `kName`, or else that of the type.
 template <class M>
 [[nodiscard]] std::string matcher_name() {
-  if constexpr (requires { std::string(M::kName); })
+  if constexpr (requires { std::string(M::kName); }) {
     return std::string(M::kName);
-  else
+  } else {
+#if defined(__cpp_rtti)
     return typeid(M).name();
+#else
+    static_assert(
+        requires { std::string(M::kName); },
+        "without RTTI a matcher needs its name in saved states, kName");
+#endif
+  }
 }
 
 /// Makes the maps of submap SLAM: of submaps that grow, and of finished ones for the refinement of
