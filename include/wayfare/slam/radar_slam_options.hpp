@@ -114,7 +114,8 @@ struct LoopSmoothingOptions {
   double overlap_m = 1.5;         ///< largest distance to a node of the earlier visit, beyond 3 σ
   double largest_reach_m = 3.0;   ///< and at any uncertainty
   double map_radius_m = 5.0;      ///< of the earlier scans that are matched to
-  double context_m = 2.0;         ///< of path whose scans are matched together
+  double context_m = 2.0;         ///< of path whose scans are matched together; of the earlier
+                                  ///< visit, too, there must be as much
   std::size_t points = 400;       ///< most that are matched
   double prior_scale = 1.5;       ///< of the path's uncertainty, in the search
   double agreement_sigmas = 4.0;  ///< matches of both sensors that differ by more are not used

@@ -132,6 +132,8 @@ class LoopSmoother {
     int nearest = -1;
     double nearest_m = loop().largest_reach_m;
     for (int k = 0; k < latest && is_earlier(node(k)); ++k) {
+      // Where the earlier visit begins its map ends, and points beyond the end move scans onto it.
+      if (node(k).travel_m < loop().context_m) continue;
       const double away_m =
           (graph_.poses[at(k)].translation() - graph_.poses[at(latest)].translation()).norm();
       if (!known.reached(k) || away_m >= nearest_m ||
