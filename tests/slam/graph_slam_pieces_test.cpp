@@ -198,5 +198,21 @@ TEST(LossDetector, IsLostAfterScansInARowOrABreak) {
   EXPECT_TRUE(next(0.2, false));
 }
 
+// A break: more than four usual steps, and 2.5 s, or 5 s where a velocity does not hold from scan to
+// scan and the search reaches as far as the robot drives. With steps above a second gaps are usual.
+TEST(Gap, IsABreakByItsUsualStep) {
+  const auto is_break = [](double usual_s, double silent_s) {
+    detail::Gap gap;
+    gap.add_interval(usual_s);
+    gap.begin(silent_s, false);
+    return gap.is_break();
+  };
+  EXPECT_FALSE(is_break(0.2, 2.4));
+  EXPECT_TRUE(is_break(0.2, 2.6));
+  EXPECT_FALSE(is_break(0.6, 4.9));
+  EXPECT_TRUE(is_break(0.6, 5.1));
+  EXPECT_FALSE(is_break(1.1, 60.0));
+}
+
 }  // namespace
 }  // namespace wayfare

@@ -97,6 +97,41 @@ void doubt_leaps(Doubt& doubt, const Recording& recording) {
               " of its samples: it was set, or the robot was carried");
 }
 
+void doubt_path_leaps(Doubt& doubt, const Recording& recording, const Trajectory& path) {
+  constexpr std::size_t kFewest = 10;
+  if (path.size() < kFewest) return;
+  struct Step {
+    LogTime from, to;
+    double length_m, time_s;
+  };
+  std::vector<Step> steps;
+  std::vector<double> speeds;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const auto at = [&](std::size_t k) { return path[k].T_map_base.raw().translation(); };
+    const Step step{path[i - 1].time, path[i].time, (at(i) - at(i - 1)).norm(),
+                    to_seconds(path[i].time - path[i - 1].time)};
+    steps.push_back(step);
+    speeds.push_back(step.length_m / std::max(step.time_s, 1e-3));
+  }
+  const auto usual = speeds.begin() + static_cast<std::ptrdiff_t>(0.9 * double(speeds.size()));
+  std::nth_element(speeds.begin(), usual, speeds.end());
+  const Trajectory odometry = as_trajectory(recording.odometry);
+  std::size_t leaps = 0;
+  double farthest_m = 0.0;
+  for (const Step& step : steps) {
+    const double most_m = 1.0 + 2.0 * *usual * step.time_s;
+    if (step.length_m <= most_m) continue;
+    const auto from = pose_at(odometry, step.from), to = pose_at(odometry, step.to);
+    if (from && to && (to->translation() - from->translation()).norm() > most_m) continue;
+    ++leaps;
+    farthest_m = std::max(farthest_m, step.length_m);
+  }
+  if (leaps > 0)
+    doubt.add("the path leaps at " + std::to_string(leaps) + " of its scans, by at most " +
+              eval::fixed(farthest_m, 1) +
+              " m: scans before were placed wrong, or the robot was carried");
+}
+
 void doubt_gaps(Doubt& doubt, const Recording& recording) {
   constexpr double kLeast_s = 4.0, kSteps = 5.0;
   if (!recording.odometry.empty() || recording.scans.size() < 3) return;

@@ -27,6 +27,11 @@ void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& 
 /// than 1.5 m and what a robot drives at 3 m/s.
 void doubt_leaps(Doubt& doubt, const Recording& recording);
 
+/// That the path leaps where odometry, if there is one, does not: from one scan to the next by more
+/// than a metre and twice what it moves at its usual highest speed, that of nine in ten steps. Scans
+/// before were placed wrong, or the robot was carried.
+void doubt_path_leaps(Doubt& doubt, const Recording& recording, const Trajectory& path);
+
 /// That without odometry no scan was taken for four seconds and five usual steps, for systems that
 /// go on where they were: the robot may be elsewhere.
 void doubt_gaps(Doubt& doubt, const Recording& recording);

@@ -82,7 +82,10 @@ void add_doubts(const Recording& recording, const LogRun& slam, Doubt& doubt) {
   constexpr double kShare = 0.1;
   doubt_share(doubt, slam.refused_scans, recording.scans.size(), "scans are refused", kShare);
   doubt_share(doubt, slam.unmatched_scans, slam.scans, "scans do not match the map", kShare);
-  if (!slam.doubt.empty()) doubt.add(slam.doubt);
+  if (slam.doubt.empty())
+    doubt_path_leaps(doubt, recording, slam.trajectory);
+  else
+    doubt.add(slam.doubt);
   doubt_odometry(doubt, recording, slam.trajectory);
 }
 

@@ -45,7 +45,35 @@ TEST(DoubtOfOdometry, NamesLeaps) {
   EXPECT_THAT(doubt.why, HasSubstr("odometry leaps at 2 of its samples"));
 }
 
-// 12 sides of 10 m with 12 corners of 90 degrees between them.
+/// Along x at 1 m/s, a scan a second, `leap_m` on from the twentieth.
+Trajectory straight(double leap_m) {
+  Trajectory path;
+  for (int i = 0; i < 40; ++i)
+    path.push_back({LogTime() + from_seconds(i),
+                    Transform2<frame::Map, frame::Base>(
+                        SE2d(i + (i < 20 ? 0.0 : leap_m), 0.0, Angle{}))});
+  return path;
+}
+
+// A step of the usual metre may be 1 m + 2 * 1 m/s * 1 s long.
+TEST(DoubtOfPath, NamesLeapsThatOdometryDoesNotKnow) {
+  const auto doubt_of_leap = [](double leap_m, double of_odometry_m) {
+    Recording recording;
+    for (const StampedPose& pose : straight(of_odometry_m))
+      recording.odometry.push_back(
+          {pose.time, Transform2<frame::Odom, frame::Base>(pose.T_map_base.raw())});
+    Doubt doubt;
+    doubt_path_leaps(doubt, recording, straight(leap_m));
+    Doubt without;
+    doubt_path_leaps(without, {}, straight(leap_m));
+    EXPECT_EQ(without.why.empty(), leap_m < 2.0);
+    return doubt.why;
+  };
+  EXPECT_EQ(doubt_of_leap(1.9, 0.0), "");
+  EXPECT_THAT(doubt_of_leap(2.1, 0.0), HasSubstr("leaps at 1 of its scans, by at most 3.1 m"));
+  EXPECT_EQ(doubt_of_leap(2.1, 5.0), "") << "the robot was carried, and odometry set";
+}
+
 TEST(DoubtOfScans, NamesALongGapWithoutOdometry) {
   Recording recording;
   for (const double t : {0.0, 0.2, 0.4, 0.6, 5.7, 5.9}) {
@@ -75,6 +103,7 @@ TEST(DoubtOfWalls, NamesWhatIsAboveItsLimit) {
   EXPECT_EQ(none.why, "");
 }
 
+// 12 sides of 10 m with 12 corners of 90 degrees between them.
 TEST(DoubtOfOdometry, NamesLengthsAndTurnsThatContradictThePath) {
   EXPECT_EQ(doubt_of(square(3, 1.0, 1.0)), "");
   EXPECT_EQ(doubt_of(square(3, 0.8, 0.8)), "") << "a fifth is a poor calibration";

@@ -23,9 +23,10 @@ class Gap {
   [[nodiscard]] double usual_s() const { return usual_s_; }
   /// Longer than a velocity predicts.
   [[nodiscard]] bool is_wide() const { return usual_s_ > kVelocityHolds_s; }
-  /// After a while without scans the robot may be anywhere in its reach.
+  /// After a while without scans, unusual for the log, the robot may be farther than is searched.
   [[nodiscard]] bool is_break() const {
-    return usual_s_ <= kVelocityHolds_s && silent_s_ > std::max(2.5, 4.0 * usual_s_);
+    if (usual_s_ > 2.0 * kVelocityHolds_s) return false;  // gaps are usual
+    return silent_s_ > std::max(is_wide() ? 5.0 : 2.5, 4.0 * usual_s_);
   }
   /// Half extents of the search: m, m, rad.
   [[nodiscard]] Eigen::Vector3d reach() const {
