@@ -71,6 +71,9 @@ struct RbpfSensorOptions {
   /// and refined with all. Zero: always all.
   std::size_t search_points = 60;
   PathDrift drift{};           ///< of paths by this sensor; of both, that of the LiDAR
+  /// Loops are searched and closed as if the drift were this many times larger: it has longer tails
+  /// than a Gaussian.
+  double drift_margin = 1.0;
   double loop_score = 0.6;     ///< agreement below which a match does not close a loop
   double loop_sigma_m = 0.02;  ///< least standard deviation of such a match
   Angle loop_sigma_turn = Angle::degrees(0.15);  ///< the same of its heading
@@ -90,7 +93,8 @@ struct RbpfSensorOptions {
   o.point_spacing_m = 0.0;
   o.map_travel_m = 0.05;
   o.search_points = 0;
-  o.drift = {0.02, Angle::degrees(0.35)};
+  o.drift = {0.01, Angle::degrees(0.175)};
+  o.drift_margin = 2.0;
   o.loop_score = 0.4;
   o.loop_sigma_m = 0.03;
   o.loop_sigma_turn = Angle::degrees(0.3);

@@ -62,13 +62,15 @@ class LoopSmoother {
   /// Of the path's last pose relative to its first, by the drift and the loops.
   [[nodiscard]] Eigen::Matrix3d covariance(const Trajectory& path) const {
     if (nodes_.empty()) return Eigen::Matrix3d::Zero();
-    const PoseGraph2 graph = graph_of(path);
+    PoseGraph2 graph = graph_of(path);
+    for (std::size_t k = 0; k + 1 < nodes_.size(); ++k)
+      graph.edges[k].information *= better().drift_margin * better().drift_margin;
     const SE2d since = graph.poses.back().inverse() * path.back().T_map_base.raw();
-    Gaussian<SE2d> last{SE2d(), drift().covariance(nodes_.back().travel_m)};
+    Gaussian<SE2d> last{SE2d(), drift(nodes_.back().travel_m)};
     PoseGraphOptimiser<SE2d> optimiser;
     if (optimiser.prepare_covariances(graph, loop_kernel(loop().kernel_sigmas)))
       last.covariance = optimiser.relative_covariance(graph, 0, graph.size() - 1);
-    return compose(last, Gaussian<SE2d>{since, drift().covariance(since.translation().norm())})
+    return compose(last, Gaussian<SE2d>{since, drift(since.translation().norm())})
         .covariance;
   }
 
@@ -92,9 +94,16 @@ class LoopSmoother {
   [[nodiscard]] const RbpfSensorOptions& of(Sensor sensor) const {
     return sensor == kLidar ? options_.lidar : options_.radar;
   }
-  /// Of the path per root of a metre: the more accurate sensor's.
-  [[nodiscard]] const PathDrift& drift() const {
-    return uses_[kLidar] ? options_.lidar.drift : options_.radar.drift;
+  /// The more accurate sensor, whose drift is the path's.
+  [[nodiscard]] const RbpfSensorOptions& better() const {
+    return uses_[kLidar] ? options_.lidar : options_.radar;
+  }
+  /// Of a stretch of the path, and the same with the margin of the search.
+  [[nodiscard]] Eigen::Matrix3d drift(double travel_m) const {
+    return better().drift.covariance(travel_m);
+  }
+  [[nodiscard]] Eigen::Matrix3d likely(double travel_m) const {
+    return better().drift_margin * better().drift_margin * drift(travel_m);
   }
   [[nodiscard]] bool is_earlier(const Node& node) const {
     return nodes_.back().travel_m - node.travel_m >= loop().gap_m;
@@ -119,7 +128,7 @@ class LoopSmoother {
       const double step_m = nodes_[k].travel_m - nodes_[k - 1].travel_m;
       graph.edges[k - 1] = {static_cast<int>(k - 1), static_cast<int>(k),
                             graph.poses[k - 1].inverse() * graph.poses[k],
-                            drift().covariance(step_m).inverse(), false};
+                            likely(step_m).inverse(), false};
     }
     graph.edges.insert(graph.edges.end(), loops_.begin(), loops_.end());
     return graph;
@@ -171,7 +180,7 @@ class LoopSmoother {
     const double travel_m = node(b.to).travel_m - node(a.to).travel_m;
     const Gaussian<SE2d> by_a =
         compose(Gaussian<SE2d>{placed(a), a.information.inverse()},
-                Gaussian<SE2d>{between, drift().covariance(std::max(travel_m, 1e-3))});
+                Gaussian<SE2d>{between, likely(std::max(travel_m, 1e-3))});
     const Eigen::Matrix3d covariance = by_a.covariance + b.information.inverse();
     const double sigmas = loop().agreement_sigmas;
     return squared_mahalanobis(Gaussian<SE2d>{by_a.mean, covariance}, placed(b)) < sigmas * sigmas;
