@@ -199,7 +199,7 @@ class Ahrs {
   [[nodiscard]] Vector gyro_bias_radps() const { return filter().bias(); }
   /// Its standard deviation.
   [[nodiscard]] Vector gyro_bias_sigma_radps() const {
-    const auto& p = filter().covariance();
+    const auto p = covariance();
     return Vector(p(3, 3), p(4, 4), p(5, 5)).cwiseSqrt();
   }
   /// Estimated delay of the magnetometer's time stamps.
@@ -231,8 +231,14 @@ class Ahrs {
 
  private:
   [[nodiscard]] const AhrsFilter<T>& filter() const { return readings_.filter(); }
+  /// With the rotations since the last measurement.
+  [[nodiscard]] auto covariance() const {
+    AhrsFilter<T> now = filter();
+    now.propagate();
+    return now.covariance();
+  }
   [[nodiscard]] Covariance attitude_covariance() const {
-    return filter().covariance().dense().template topLeftCorner<3, 3>();
+    return covariance().dense().template topLeftCorner<3, 3>();
   }
 
   AhrsReadings<T> readings_;

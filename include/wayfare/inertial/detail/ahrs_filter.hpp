@@ -77,25 +77,41 @@ class AhrsFilter {
     p_.decouple(2, std::min(sigma * sigma, kUnknown));
   }
 
-  /// Propagates by the body's rate (bias subtracted) for dt; each angle gains `angle_variance`,
-  /// each bias `bias_variance`.
-  void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
-    // θ' = θ − R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
-    const Rotation step = r_ * dt;
+  /// Rotates by the body's rate (bias subtracted) for dt, in which each angle gains
+  /// `angle_variance` and each bias `bias_variance`. The covariance follows in propagate().
+  void rotate(const Vector& rate, T dt, T angle_variance, T bias_variance) {
+    step_ += r_ * dt;
+    angle_variance_ += angle_variance;
+    bias_variance_ += bias_variance;
+    set_attitude(q_ * small_turn(rate * dt));
+  }
+  /// Propagates the covariance over all rotations since the last call: in world axes they change
+  /// the attitude's error by the bias and noise alone, so that one step is as exact as many.
+  void propagate() {
+    if (!(angle_variance_ > T(0)) && step_.isZero(T(0))) return;
+    // θ' = θ − Σ R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
     const Rotation old_cross = attitude_with_bias();
     for (int j = kBias; j < kSize; ++j) {
-      const Vector change = step * Vector(p_(kBias, j), p_(kBias + 1, j), p_(kBias + 2, j));
+      const Vector change = step_ * Vector(p_(kBias, j), p_(kBias + 1, j), p_(kBias + 2, j));
       for (int i = 0; i < 3; ++i) p_(i, j) -= change[i];
     }
-    const Rotation change = step * old_cross.transpose() + attitude_with_bias() * step.transpose();
+    const Rotation sum = old_cross + attitude_with_bias();
+    // The sum of step·oldᵀ and new·stepᵀ is symmetric.
     for (int j = 0; j < 3; ++j)
-      for (int i = 0; i <= j; ++i) p_(i, j) -= change(i, j);
+      for (int i = 0; i <= j; ++i)
+        p_(i, j) -= T(0.5) * (step_.row(i).dot(sum.row(j)) + step_.row(j).dot(sum.row(i)));
     for (int i = 0; i < 3; ++i) {
-      p_(i, i) += angle_variance;
+      p_(i, i) += angle_variance_;
       if (p_(i, i) > kUnknown) p_.decouple(i, kUnknown);
-      p_(kBias + i, kBias + i) += bias_variance;
+      p_(kBias + i, kBias + i) += bias_variance_;
     }
-    set_attitude(q_ * small_turn(rate * dt));
+    step_.setZero();
+    angle_variance_ = bias_variance_ = T(0);
+  }
+  /// Both.
+  void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
+    rotate(rate, dt, angle_variance, bias_variance);
+    propagate();
   }
 
   /// Integrates the specific force in world axes for dt.
@@ -196,6 +212,8 @@ class AhrsFilter {
   T delay_ = T(0);
   Covariance p_;
   std::array<T, kSize> pending_{};
+  Rotation step_ = Rotation::Zero();  // since propagate(): Σ R·dt
+  T angle_variance_ = T(0), bias_variance_ = T(0);
 };
 
 }  // namespace wayfare
