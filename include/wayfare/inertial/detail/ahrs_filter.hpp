@@ -83,7 +83,7 @@ class AhrsFilter {
     step_ += r_ * dt;
     angle_variance_ += angle_variance;
     bias_variance_ += bias_variance;
-    set_attitude(q_ * small_turn(rate * dt));
+    set_attitude(q_ * small_turn(rate.x() * dt, rate.y() * dt, rate.z() * dt));
   }
   /// Propagates the covariance over all rotations since the last call: in world axes they change
   /// the attitude's error by the bias and noise alone, so that one step is as exact as many.
@@ -165,7 +165,7 @@ class AhrsFilter {
   /// Applies the correction accumulated since the last call to the estimate.
   void apply() {
     const auto& d = pending_;
-    set_attitude(small_turn({d[0], d[1], d[2]}) * q_);
+    set_attitude(small_turn(d[0], d[1], d[2]) * q_);
     bias_ += Vector(d[3], d[4], d[5]);
     velocity_ += Eigen::Matrix<T, 2, 1>(d[6], d[7]);
     delay_ += d[8];
@@ -175,14 +175,15 @@ class AhrsFilter {
   }
 
  private:
-  /// exp(v) to 1e-15 from a short series if v is small.
-  [[nodiscard]] static SO3<T> small_turn(const Vector& v) {
-    const T x = T(0.25) * v.squaredNorm();
-    if (x > T(0.01)) return SO3<T>::exp(v);
+  /// exp((x, y, z)) to 1e-15, from a short series if it is small. Numbers stay in registers, where
+  /// a vector would be written as three and read as two of them.
+  [[nodiscard]] static SO3<T> small_turn(T x, T y, T z) {
+    const T a = T(0.25) * (x * x + y * y + z * z);
+    if (a > T(0.01)) return SO3<T>::exp({x, y, z});
     const T c =
-        T(1) - x * (T(1.0 / 2) - x * (T(1.0 / 24) - x * (T(1.0 / 720) - x * T(1.0 / 40320))));
-    const T k = T(0.5) - x * (T(1.0 / 12) - x * (T(1.0 / 240) - x * T(1.0 / 10080)));
-    return SO3<T>(Eigen::Quaternion<T>(c, k * v[0], k * v[1], k * v[2]));
+        T(1) - a * (T(1.0 / 2) - a * (T(1.0 / 24) - a * (T(1.0 / 720) - a * T(1.0 / 40320))));
+    const T k = T(0.5) - a * (T(1.0 / 12) - a * (T(1.0 / 240) - a * T(1.0 / 10080)));
+    return SO3<T>::from_unit(Eigen::Quaternion<T>(c, k * x, k * y, k * z));
   }
 
   /// Variance of the heading error given the errors of all other states.

@@ -123,7 +123,7 @@ class AhrsLevel {
   static constexpr double kGravity = 9.80665;
   /// Of the velocity model's time of 0.1 s. The model is exact over any span in which the mean force
   /// in world axes represents the force.
-  static constexpr double kSpan_s = 0.0195;
+  static constexpr double kSpan_s = 0.0395;
 
   struct Since {
     Vector velocity = Vector::Zero();  // ∫ force, world axes

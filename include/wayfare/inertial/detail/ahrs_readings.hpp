@@ -146,7 +146,7 @@ class AhrsReadings {
 
  private:
   static constexpr double kLongestHold_s = 0.25;  // for which the last reading remains valid
-  static constexpr double kFieldSpan_s = 0.0195;  // of readings whose mean is used
+  static constexpr double kFieldSpan_s = 0.0395;  // of readings whose mean is used
 
   struct Check {
     UpdateStatus status = UpdateStatus::used;
