@@ -91,7 +91,7 @@ class AhrsLevel {
     since_.span_s += dt;
     since_.variance += variance;
     since_.body = body;
-    return since_.span_s > T(kSpan_s) && settle(filter);
+    return since_.span_s > Filter::kUpdate_s && settle(filter);
   }
   /// Propagates the filter by the force since it was last levelled, and levels it.
   bool settle(Filter& filter) {
@@ -121,10 +121,6 @@ class AhrsLevel {
   template <int... Index>
   using Row = IndexedRow<T, Index...>;
   static constexpr double kGravity = 9.80665;
-  /// Of the velocity model's time of 0.1 s. The model is exact over any span in which the mean force
-  /// in world axes represents the force.
-  static constexpr double kSpan_s = 0.0395;
-
   struct Since {
     Vector velocity = Vector::Zero();  // ∫ force, world axes
     Vector body = Vector::Zero();      // the latest force

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -98,15 +99,15 @@ class AhrsReadings {
       return report_.magnetometer.note(p_.use_magnetometer ? j.status : UpdateStatus::missing);
     if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(UpdateStatus::waiting);
     const T dt = std::min(T(field_clock_.step_s()), T(kLongestHold_s));
-    field_sum_ += in_world(field, after_gyro(time) - filter_.delay());
-    field_span_s_ += dt;
-    ++fields_;
-    if (heading_.known() && field_span_s_ < T(kFieldSpan_s))
+    fields_.sum += in_world(field, after_gyro(time) - filter_.delay());
+    fields_.span_s += dt;
+    fields_.count += T(1);
+    if (heading_.known() && fields_.span_s < AhrsFilter<T>::kUpdate_s)
       return report_.magnetometer.note(field_status_);
     settle();
-    const auto outcome = heading_.update(filter_, field_sum_ / T(fields_),
-                                         last_rate_ - filter_.bias(), field_span_s_);
-    forget_fields();
+    const Fields mean = std::exchange(fields_, {});
+    const auto outcome = heading_.update(filter_, mean.sum / mean.count,
+                                         last_rate_ - filter_.bias(), mean.span_s);
     field_status_ = outcome.status;
     report_.heading_resets += outcome.reset ? 1 : 0;
     if (outcome.reset) external_.settle();
@@ -120,7 +121,7 @@ class AhrsReadings {
     if (outcome.reset) {
       report_.heading_resets += heading_.known() ? 1 : 0;
       heading_.reset(filter_, outcome.off, outcome.sigma);
-      forget_fields();
+      fields_ = {};
     }
     return report_.external.note(outcome.status);
   }
@@ -132,7 +133,7 @@ class AhrsReadings {
     if (!ready_) return UpdateStatus::waiting;
     settle();
     heading_.set(filter_, x_axis, sigma);
-    forget_fields();
+    fields_ = {};
     external_.settle();
     return UpdateStatus::used;
   }
@@ -146,7 +147,12 @@ class AhrsReadings {
 
  private:
   static constexpr double kLongestHold_s = 0.25;  // for which the last reading remains valid
-  static constexpr double kFieldSpan_s = 0.0395;  // of readings whose mean is used
+
+  /// Of readings since the heading was updated, in world axes.
+  struct Fields {
+    Vector sum = Vector::Zero();
+    T span_s = T(0), count = T(0);
+  };
 
   struct Check {
     UpdateStatus status = UpdateStatus::used;
@@ -185,11 +191,6 @@ class AhrsReadings {
     filter_.propagate();
     report_.level_resets += level_.settle(filter_) ? 1 : 0;
   }
-  void forget_fields() {
-    field_sum_.setZero();
-    field_span_s_ = T(0);
-    fields_ = 0;
-  }
 
   void restart() {
     report_.restarts += ready_ ? 1 : 0;
@@ -199,7 +200,7 @@ class AhrsReadings {
     field_clock_.forget();
     level_.forget_rest();
     external_.forget();
-    forget_fields();
+    fields_ = {};
   }
 
   bool start(const Vector& force) {
@@ -240,9 +241,7 @@ class AhrsReadings {
   SampleClock rate_clock_{p_.restart_gap_s}, force_clock_{p_.restart_gap_s},
       field_clock_{p_.restart_gap_s};
   Vector last_rate_ = Vector::Zero();
-  Vector field_sum_ = Vector::Zero();  // in world axes, since the last update of the heading
-  T field_span_s_ = T(0);
-  int fields_ = 0;
+  Fields fields_;
   UpdateStatus field_status_ = UpdateStatus::waiting;
   bool ready_ = false;
   AhrsReport report_;
