@@ -40,6 +40,12 @@ class SO3 {
 
   /// No rotation.
   [[nodiscard]] static SO3 identity() { return SO3(); }
+  /// Of a quaternion that has unit length but for rounding.
+  [[nodiscard]] static SO3 from_unit(const Quaternion& q) {
+    SO3 r;
+    r.q_ = q;
+    return r;
+  }
   /// The shortest rotation from the direction of `from` to that of `to`, both nonzero; for opposite
   /// directions, any one of them.
   [[nodiscard]] static SO3 between(const Vector& from, const Vector& to) {
@@ -118,12 +124,6 @@ class SO3 {
   }
 
  private:
-  static SO3 from_unit(const Quaternion& q) {
-    SO3 r;
-    r.q_ = q;
-    return r;
-  }
-
   Quaternion q_ = Quaternion::Identity();
 };
 

@@ -141,7 +141,8 @@ using MahonyAhrs = BasicAhrs<MahonyRule, W, T>;  ///< Mahony's filter
 
 /// Causal attitude of a body in `W` (frame::Ned or frame::Enu), relative to true north if the
 /// declination is given. Each sensor may have its own, irregular rate. A gyro or accelerometer
-/// reading is the mean since the previous one; a magnetometer reading is instantaneous. Starts at
+/// reading is the mean since the previous one; a magnetometer reading is instantaneous. Each gyro
+/// reading turns the attitude; forces and fields correct it by their means over 40 ms. Starts at
 /// rest or in motion; needs gyro and accelerometer; allocates no memory. Without magnetometer the
 /// heading starts at zero and drifts with the gyro. Not for vehicles: sustained turns and braking
 /// look like a tilt.
@@ -199,7 +200,7 @@ class Ahrs {
   [[nodiscard]] Vector gyro_bias_radps() const { return filter().bias(); }
   /// Its standard deviation.
   [[nodiscard]] Vector gyro_bias_sigma_radps() const {
-    const auto& p = filter().covariance();
+    const auto p = covariance();
     return Vector(p(3, 3), p(4, 4), p(5, 5)).cwiseSqrt();
   }
   /// Estimated delay of the magnetometer's time stamps.
@@ -223,7 +224,7 @@ class Ahrs {
 
   /// Counts of readings and resets.
   [[nodiscard]] const AhrsReport& report() const { return readings_.report(); }
-  /// Normalised innovation squared of the last readings, one degree of freedom each.
+  /// Normalised innovation squared of the last corrections, one degree of freedom each.
   [[nodiscard]] AhrsNis<T> nis() const {
     const auto& level = readings_.level().nis();
     return {level[0], level[1], readings_.heading().nis(), readings_.external().nis()};
@@ -231,8 +232,14 @@ class Ahrs {
 
  private:
   [[nodiscard]] const AhrsFilter<T>& filter() const { return readings_.filter(); }
+  /// With the rotations since the last measurement.
+  [[nodiscard]] auto covariance() const {
+    AhrsFilter<T> now = filter();
+    now.propagate();
+    return now.covariance();
+  }
   [[nodiscard]] Covariance attitude_covariance() const {
-    return filter().covariance().dense().template topLeftCorner<3, 3>();
+    return covariance().dense().template topLeftCorner<3, 3>();
   }
 
   AhrsReadings<T> readings_;

@@ -82,6 +82,29 @@ TEST(AhrsFilter, TurnPropagatesTheCovarianceByTheNumericJacobian) {
   EXPECT_LT((f.q_enu_body().minus(x.q * SO3d::exp((reading - x.bias) * dt))).norm(), 1e-12);
 }
 
+// The error of the attitude in world axes does not change by the body's rotation: Φ of many readings
+// is the sum of their steps. Without a walk of the bias within them nothing is neglected.
+TEST(AhrsFilter, OnePropagationOverManyRotationsIsExact) {
+  Rng rng(4);
+  const Nominal x;
+  const Matrix p = random_covariance(rng);
+  Filter once = filter_at(x, p), each = filter_at(x, p);
+  for (int i = 0; i < 20; ++i) {
+    const Vector rate(rng.normal(), rng.normal(0.0, 3.0), rng.normal());
+    once.rotate(rate, 0.01, 1e-4, 0.0);
+    each.turn(rate, 0.01, 1e-4, 0.0);
+  }
+  EXPECT_EQ((once.covariance().dense() - p).norm(), 0.0);
+  once.propagate();
+  const Matrix expected = each.covariance().dense();
+  EXPECT_LT((once.covariance().dense() - expected).norm(), 1e-13 * expected.norm());
+  EXPECT_GT((expected - p).norm(), 1e-3 * p.norm());
+  EXPECT_TRUE(once.q_enu_body().quaternion().isApprox(each.q_enu_body().quaternion(), 0.0));
+  const Matrix propagated = once.covariance().dense();
+  once.propagate();
+  EXPECT_EQ((once.covariance().dense() - propagated).norm(), 0.0) << "there is nothing more";
+}
+
 TEST(AhrsFilter, AccelerationPropagatesTheCovarianceByTheNumericJacobian) {
   Rng rng(2);
   const Nominal x;

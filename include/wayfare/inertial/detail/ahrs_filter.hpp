@@ -24,6 +24,9 @@ class AhrsFilter {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
   using Rotation = Eigen::Matrix<T, 3, 3>;
+  /// Forces and fields correct the attitude by their means over this time (four readings at 100 Hz),
+  /// in world axes, in which they hardly change with the body's rotation.
+  static constexpr T kUpdate_s = T(0.0395);
   /// Variance of an unknown angle, rad².
   static constexpr T kUnknown = T(10);
   static constexpr int kAttitude = 0, kBias = 3, kVelocity = 6, kDelay = 8, kSize = 9;
@@ -77,25 +80,41 @@ class AhrsFilter {
     p_.decouple(2, std::min(sigma * sigma, kUnknown));
   }
 
-  /// Propagates by the body's rate (bias subtracted) for dt; each angle gains `angle_variance`,
-  /// each bias `bias_variance`.
-  void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
-    // θ' = θ − R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
-    const Rotation step = r_ * dt;
+  /// Rotates by the body's rate (bias subtracted) for dt, in which each angle gains
+  /// `angle_variance` and each bias `bias_variance`. The covariance follows in propagate().
+  void rotate(const Vector& rate, T dt, T angle_variance, T bias_variance) {
+    step_ += r_ * dt;
+    angle_variance_ += angle_variance;
+    bias_variance_ += bias_variance;
+    set_attitude(q_ * small_turn(rate.x() * dt, rate.y() * dt, rate.z() * dt));
+  }
+  /// Propagates the covariance over all rotations since the last call: in world axes they change
+  /// the attitude's error by the bias and noise alone, so that one step is as exact as many.
+  void propagate() {
+    if (!(angle_variance_ > T(0)) && step_.isZero(T(0))) return;
+    // θ' = θ − Σ R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
     const Rotation old_cross = attitude_with_bias();
     for (int j = kBias; j < kSize; ++j) {
-      const Vector change = step * Vector(p_(kBias, j), p_(kBias + 1, j), p_(kBias + 2, j));
+      const Vector change = step_ * Vector(p_(kBias, j), p_(kBias + 1, j), p_(kBias + 2, j));
       for (int i = 0; i < 3; ++i) p_(i, j) -= change[i];
     }
-    const Rotation change = step * old_cross.transpose() + attitude_with_bias() * step.transpose();
+    const Rotation sum = old_cross + attitude_with_bias();
+    // The sum of step·oldᵀ and new·stepᵀ is symmetric.
     for (int j = 0; j < 3; ++j)
-      for (int i = 0; i <= j; ++i) p_(i, j) -= change(i, j);
+      for (int i = 0; i <= j; ++i)
+        p_(i, j) -= T(0.5) * (step_.row(i).dot(sum.row(j)) + step_.row(j).dot(sum.row(i)));
     for (int i = 0; i < 3; ++i) {
-      p_(i, i) += angle_variance;
+      p_(i, i) += angle_variance_;
       if (p_(i, i) > kUnknown) p_.decouple(i, kUnknown);
-      p_(kBias + i, kBias + i) += bias_variance;
+      p_(kBias + i, kBias + i) += bias_variance_;
     }
-    set_attitude(q_ * small_turn(rate * dt));
+    step_.setZero();
+    angle_variance_ = bias_variance_ = T(0);
+  }
+  /// Both.
+  void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
+    rotate(rate, dt, angle_variance, bias_variance);
+    propagate();
   }
 
   /// Integrates the specific force in world axes for dt.
@@ -149,7 +168,7 @@ class AhrsFilter {
   /// Applies the correction accumulated since the last call to the estimate.
   void apply() {
     const auto& d = pending_;
-    set_attitude(small_turn({d[0], d[1], d[2]}) * q_);
+    set_attitude(small_turn(d[0], d[1], d[2]) * q_);
     bias_ += Vector(d[3], d[4], d[5]);
     velocity_ += Eigen::Matrix<T, 2, 1>(d[6], d[7]);
     delay_ += d[8];
@@ -159,14 +178,15 @@ class AhrsFilter {
   }
 
  private:
-  /// exp(v) to 1e-15 from a short series if v is small.
-  [[nodiscard]] static SO3<T> small_turn(const Vector& v) {
-    const T x = T(0.25) * v.squaredNorm();
-    if (x > T(0.01)) return SO3<T>::exp(v);
+  /// exp((x, y, z)) to 1e-15, from a short series if it is small. Numbers stay in registers, where
+  /// a vector would be written as three and read as two of them.
+  [[nodiscard]] static SO3<T> small_turn(T x, T y, T z) {
+    const T a = T(0.25) * (x * x + y * y + z * z);
+    if (a > T(0.01)) return SO3<T>::exp({x, y, z});
     const T c =
-        T(1) - x * (T(1.0 / 2) - x * (T(1.0 / 24) - x * (T(1.0 / 720) - x * T(1.0 / 40320))));
-    const T k = T(0.5) - x * (T(1.0 / 12) - x * (T(1.0 / 240) - x * T(1.0 / 10080)));
-    return SO3<T>(Eigen::Quaternion<T>(c, k * v[0], k * v[1], k * v[2]));
+        T(1) - a * (T(1.0 / 2) - a * (T(1.0 / 24) - a * (T(1.0 / 720) - a * T(1.0 / 40320))));
+    const T k = T(0.5) - a * (T(1.0 / 12) - a * (T(1.0 / 240) - a * T(1.0 / 10080)));
+    return SO3<T>::from_unit(Eigen::Quaternion<T>(c, k * x, k * y, k * z));
   }
 
   /// Variance of the heading error given the errors of all other states.
@@ -196,6 +216,8 @@ class AhrsFilter {
   T delay_ = T(0);
   Covariance p_;
   std::array<T, kSize> pending_{};
+  Rotation step_ = Rotation::Zero();  // since propagate(): Σ R·dt
+  T angle_variance_ = T(0), bias_variance_ = T(0);
 };
 
 }  // namespace wayfare

@@ -137,7 +137,7 @@ class AhrsHeading {
     known_ = true;
   }
 
-  /// `field` in the filter's world axes, `rate` of the body with its bias subtracted.
+  /// `field` in the filter's world axes, mean over dt, `rate` of the body with its bias subtracted.
   Outcome update(Filter& filter, const Vector& field, const Vector& rate, T dt) {
     // Without the tilt the dip of the field is unknown.
     const auto& p = filter.covariance();

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -77,23 +78,36 @@ class AhrsLevel {
     filter.forget_velocity(velocity_model_.variance());
     mean_.setZero();
     lost_s_ = T(0);
+    since_ = {};
   }
 
   void add_rate(const Vector& rate, T dt) { rest_.add_rate(rate, dt); }
 
-  /// Propagates the filter by the specific force, given in body and world axes, and levels it.
+  /// Adds the specific force, in body and world axes, and levels the filter by it where that is due.
   /// Returns whether a wrong attitude was levelled again.
   bool add_force(Filter& filter, const Vector& body, const Vector& world, T dt, T variance) {
     rest_.add_force(body, dt);
-    filter.accelerate(world, dt, variance);
-    update_velocity(filter, world, dt);
-    since_rest_s_ += dt;
+    since_.velocity += world * dt;
+    since_.span_s += dt;
+    since_.variance += variance;
+    since_.body = body;
+    return since_.span_s > Filter::kUpdate_s && settle(filter);
+  }
+  /// Propagates the filter by the force since it was last levelled, and levels it.
+  bool settle(Filter& filter) {
+    const Since since = std::exchange(since_, {});
+    if (!(since.span_s > T(0))) return false;
+    const Vector force = since.velocity / since.span_s;
+    filter.propagate();
+    filter.accelerate(force, since.span_s, since.variance);
+    update_velocity(filter, force, since.span_s);
+    since_rest_s_ += since.span_s;
     if (since_rest_s_ > T(0.05)) {
       if (at_rest()) update_at_rest(filter, since_rest_s_);
       since_rest_s_ = T(0);
     }
     filter.apply();
-    return relevel_if_lost(filter, body, world, dt);
+    return relevel_if_lost(filter, since.body, force, since.span_s);
   }
 
   [[nodiscard]] bool at_rest() const {
@@ -107,6 +121,11 @@ class AhrsLevel {
   template <int... Index>
   using Row = IndexedRow<T, Index...>;
   static constexpr double kGravity = 9.80665;
+  struct Since {
+    Vector velocity = Vector::Zero();  // ∫ force, world axes
+    Vector body = Vector::Zero();      // the latest force
+    T span_s = T(0), variance = T(0);
+  };
 
   /// The velocity model as a measurement: v + k·a is white noise.
   void update_velocity(Filter& filter, const Vector& f, T dt) {
@@ -149,6 +168,7 @@ class AhrsLevel {
   RestDetector<T> rest_;
   T rest_time_s_, rest_bias_limit2_, rest_rate2_, rest_velocity2_, lost_level_, lost_level_at_rest_;
   Vector mean_ = Vector::Zero();  ///< specific force in world axes, averaged over a second
+  Since since_;                   ///< levelled last
   T lost_s_ = T(0), since_rest_s_ = T(0);
   std::array<T, 2> nis_{std::numeric_limits<T>::quiet_NaN(), std::numeric_limits<T>::quiet_NaN()};
 };

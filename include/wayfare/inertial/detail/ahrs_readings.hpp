@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -98,8 +99,16 @@ class AhrsReadings {
       return report_.magnetometer.note(p_.use_magnetometer ? j.status : UpdateStatus::missing);
     if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(UpdateStatus::waiting);
     const T dt = std::min(T(field_clock_.step_s()), T(kLongestHold_s));
-    const Vector world = in_world(field, after_gyro(time) - filter_.delay());
-    const auto outcome = heading_.update(filter_, world, last_rate_ - filter_.bias(), dt);
+    fields_.sum += in_world(field, after_gyro(time) - filter_.delay());
+    fields_.span_s += dt;
+    fields_.count += T(1);
+    if (heading_.known() && fields_.span_s < AhrsFilter<T>::kUpdate_s)
+      return report_.magnetometer.note(field_status_);
+    settle();
+    const Fields mean = std::exchange(fields_, {});
+    const auto outcome = heading_.update(filter_, mean.sum / mean.count,
+                                         last_rate_ - filter_.bias(), mean.span_s);
+    field_status_ = outcome.status;
     report_.heading_resets += outcome.reset ? 1 : 0;
     if (outcome.reset) external_.settle();
     return report_.magnetometer.note(outcome.status);
@@ -107,10 +116,12 @@ class AhrsReadings {
 
   UpdateStatus add_heading(const HeadingFix& fix) {
     if (!ready_ || !external_.on()) return report_.external.note(UpdateStatus::waiting);
+    settle();
     const auto outcome = external_.update(filter_, fix, heading_.known());
     if (outcome.reset) {
       report_.heading_resets += heading_.known() ? 1 : 0;
       heading_.reset(filter_, outcome.off, outcome.sigma);
+      fields_ = {};
     }
     return report_.external.note(outcome.status);
   }
@@ -120,7 +131,9 @@ class AhrsReadings {
     if (!(std::abs(x_axis.radians()) < 1e9) || !(std::abs(sigma.radians()) < 1e9))
       return UpdateStatus::missing;
     if (!ready_) return UpdateStatus::waiting;
+    settle();
     heading_.set(filter_, x_axis, sigma);
+    fields_ = {};
     external_.settle();
     return UpdateStatus::used;
   }
@@ -134,6 +147,12 @@ class AhrsReadings {
 
  private:
   static constexpr double kLongestHold_s = 0.25;  // for which the last reading remains valid
+
+  /// Of readings since the heading was updated, in world axes.
+  struct Fields {
+    Vector sum = Vector::Zero();
+    T span_s = T(0), count = T(0);
+  };
 
   struct Check {
     UpdateStatus status = UpdateStatus::used;
@@ -167,6 +186,12 @@ class AhrsReadings {
     return filter_.rotation() * (v + first + T(0.5) * angle.cross(first));
   }
 
+  /// Covariance and levelling up to now.
+  void settle() {
+    filter_.propagate();
+    report_.level_resets += level_.settle(filter_) ? 1 : 0;
+  }
+
   void restart() {
     report_.restarts += ready_ ? 1 : 0;
     ready_ = false;
@@ -175,6 +200,7 @@ class AhrsReadings {
     field_clock_.forget();
     level_.forget_rest();
     external_.forget();
+    fields_ = {};
   }
 
   bool start(const Vector& force) {
@@ -192,7 +218,7 @@ class AhrsReadings {
     const T variance = gyro_noise_.angle_variance(mean, last_rate_, dt, coarse, saturated);
     const Vector corrected = mean - filter_.bias();
     if (!external_.on())
-      return filter_.turn(corrected, dt, variance, gyro_noise_.bias_variance(dt));
+      return filter_.rotate(corrected, dt, variance, gyro_noise_.bias_variance(dt));
     const auto turn = external_.begin_turn(filter_, dt, variance);
     filter_.turn(corrected, dt, variance, gyro_noise_.bias_variance(dt));
     external_.end_turn(time, turn, filter_);
@@ -215,6 +241,8 @@ class AhrsReadings {
   SampleClock rate_clock_{p_.restart_gap_s}, force_clock_{p_.restart_gap_s},
       field_clock_{p_.restart_gap_s};
   Vector last_rate_ = Vector::Zero();
+  Fields fields_;
+  UpdateStatus field_status_ = UpdateStatus::waiting;
   bool ready_ = false;
   AhrsReport report_;
 };
