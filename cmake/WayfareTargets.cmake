@@ -30,6 +30,9 @@ function(wayfare_precompile target kind)
     wayfare_warnings(wayfare_precompiled_${kind})
     target_compile_options(wayfare_precompiled_${kind} PRIVATE ${options})
     wayfare_precompiled_options(wayfare_precompiled_${kind})
+    if(kind MATCHES "^tests")
+      wayfare_precompiled_code(wayfare_precompiled_${kind} ${options})
+    endif()
     target_precompile_headers(wayfare_precompiled_${kind} PRIVATE
       <algorithm> <array> <chrono> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional>
       <iomanip> <iostream> <limits> <map> <memory> <mutex> <numeric> <optional> <set> <span> <sstream>
@@ -39,6 +42,35 @@ function(wayfare_precompile target kind)
   endif()
   target_precompile_headers(${target} REUSE_FROM wayfare_precompiled_${kind})
   wayfare_precompiled_options(${target})
+endfunction()
+
+# wayfare_precompiled_code(TARGET OPTION...): Clang compiles the inline functions of TARGET's precompiled
+# headers once, into TARGET.o, and the units that use it do not. The property WAYFARE_CODE names it.
+function(wayfare_precompiled_code target)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    return()
+  endif()
+  set(headers "${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${target}.dir/cmake_pch.hxx.pch")
+  set(object "${PROJECT_BINARY_DIR}/${target}.o")
+  string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
+  separate_arguments(flags UNIX_COMMAND "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}}")
+  target_compile_options(${target} PRIVATE -fpch-codegen -Wno-unused-command-line-argument)
+  add_custom_command(OUTPUT "${object}"
+    COMMAND "${CMAKE_CXX_COMPILER}" ${flags} ${ARGN} -ffp-contract=off -c "${headers}" -o "${object}"
+    DEPENDS ${target} "${headers}" COMMENT "Compiling inline functions of ${target}" VERBATIM)
+  add_custom_target(${target}_code DEPENDS "${object}")
+  set_target_properties(${target} PROPERTIES WAYFARE_CODE "${object}")
+endfunction()
+
+# wayfare_link_precompiled_code(TARGET KIND): what units of this kind need of wayfare_precompiled_code().
+function(wayfare_link_precompiled_code target kind)
+  if(TARGET wayfare_precompiled_${kind}_code)
+    get_target_property(object wayfare_precompiled_${kind} WAYFARE_CODE)
+    target_link_libraries(${target} PRIVATE "${object}")
+    # Some of what is not used cannot be linked: gtest has no char8_t.
+    target_link_options(${target} PRIVATE LINKER:--gc-sections)
+    add_dependencies(${target} wayfare_precompiled_${kind}_code)
+  endif()
 endfunction()
 
 # wayfare_unite(TARGET): with WAYFARE_FAST_BUILD the sources of a target are compiled eight at a time, which
@@ -186,6 +218,12 @@ function(wayfare_test name)
   else()
     add_executable(test_${name} ${ARG_SOURCES})
     wayfare_test_sources(test_${name} -O1 ${ARG_LIBS})
+  endif()
+  # Both levels have the same functions; those of -O1 serve both.
+  if(ARG_SOURCES)
+    wayfare_link_precompiled_code(test_${name} tests-O1)
+  else()
+    wayfare_link_precompiled_code(test_${name} tests-O0)
   endif()
   target_link_libraries(test_${name} PRIVATE GTest::gtest_main)
   gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES)
