@@ -30,7 +30,7 @@ function(wayfare_precompile target kind)
     wayfare_warnings(wayfare_precompiled_${kind})
     target_compile_options(wayfare_precompiled_${kind} PRIVATE ${options})
     wayfare_precompiled_options(wayfare_precompiled_${kind})
-    if(kind MATCHES "^tests")
+    if(NOT kind STREQUAL "library")  # which others link without these headers
       wayfare_precompiled_code(wayfare_precompiled_${kind} ${options})
     endif()
     target_precompile_headers(wayfare_precompiled_${kind} PRIVATE
@@ -45,30 +45,34 @@ function(wayfare_precompile target kind)
 endfunction()
 
 # wayfare_precompiled_code(TARGET OPTION...): Clang compiles the inline functions of TARGET's precompiled
-# headers once, into TARGET.o, and the units that use it do not. The property WAYFARE_CODE names it.
+# headers once, into libTARGET.a, and the units that use them do not.
 function(wayfare_precompiled_code target)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
     return()
   endif()
   set(headers "${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${target}.dir/cmake_pch.hxx.pch")
   set(object "${PROJECT_BINARY_DIR}/${target}.o")
+  set(archive "${PROJECT_BINARY_DIR}/lib${target}.a")
   string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
   separate_arguments(flags UNIX_COMMAND "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}}")
   target_compile_options(${target} PRIVATE -fpch-codegen -Wno-unused-command-line-argument)
-  add_custom_command(OUTPUT "${object}"
+  add_custom_command(OUTPUT "${archive}" BYPRODUCTS "${object}"
     COMMAND "${CMAKE_CXX_COMPILER}" ${flags} ${ARGN} -ffp-contract=off -c "${headers}" -o "${object}"
+    COMMAND "${CMAKE_COMMAND}" -E rm -f "${archive}"
+    COMMAND "${CMAKE_AR}" qc "${archive}" "${object}"
+    COMMAND "${CMAKE_RANLIB}" "${archive}"
     DEPENDS ${target} "${headers}" COMMENT "Compiling inline functions of ${target}" VERBATIM)
-  add_custom_target(${target}_code DEPENDS "${object}")
-  set_target_properties(${target} PROPERTIES WAYFARE_CODE "${object}")
+  add_custom_target(${target}_code DEPENDS "${archive}")
+  set_target_properties(${target} PROPERTIES WAYFARE_CODE "${archive}")
 endfunction()
 
-# wayfare_link_precompiled_code(TARGET KIND): what units of this kind need of wayfare_precompiled_code().
-function(wayfare_link_precompiled_code target kind)
+# wayfare_link_precompiled_code(TARGET SCOPE KIND): what units of this kind need of it.
+function(wayfare_link_precompiled_code target scope kind)
   if(TARGET wayfare_precompiled_${kind}_code)
-    get_target_property(object wayfare_precompiled_${kind} WAYFARE_CODE)
-    target_link_libraries(${target} PRIVATE "${object}")
+    get_target_property(archive wayfare_precompiled_${kind} WAYFARE_CODE)
+    target_link_libraries(${target} ${scope} "${archive}")
     # Some of what is not used cannot be linked: gtest has no char8_t.
-    target_link_options(${target} PRIVATE LINKER:--gc-sections)
+    target_link_options(${target} ${scope} LINKER:--gc-sections)
     add_dependencies(${target} wayfare_precompiled_${kind}_code)
   endif()
 endfunction()
@@ -186,6 +190,7 @@ function(wayfare_library name)
   wayfare_warnings(${name})
   wayfare_unite(${name})
   wayfare_precompile(${name} programs)
+  wayfare_link_precompiled_code(${name} PUBLIC programs)
 endfunction()
 
 # wayfare_program(NAME SOURCES... LIBS ...): a program; the property WAYFARE_PROGRAMS lists all.
@@ -197,6 +202,7 @@ function(wayfare_program name)
   wayfare_warnings(${name})
   wayfare_unite(${name})
   wayfare_precompile(${name} programs)
+  wayfare_link_precompiled_code(${name} PRIVATE programs)
   set_property(GLOBAL APPEND PROPERTY WAYFARE_PROGRAMS ${name})
 endfunction()
 
@@ -221,9 +227,9 @@ function(wayfare_test name)
   endif()
   # Both levels have the same functions; those of -O1 serve both.
   if(ARG_SOURCES)
-    wayfare_link_precompiled_code(test_${name} tests-O1)
+    wayfare_link_precompiled_code(test_${name} PRIVATE tests-O1)
   else()
-    wayfare_link_precompiled_code(test_${name} tests-O0)
+    wayfare_link_precompiled_code(test_${name} PRIVATE tests-O0)
   endif()
   target_link_libraries(test_${name} PRIVATE GTest::gtest_main)
   gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES)
