@@ -93,6 +93,8 @@ class AhrsLevel {
     since_.body = body;
     return since_.span_s > Filter::kUpdate_s && settle(filter);
   }
+  /// Forgets the force since then: the world axes were rotated.
+  void skip() { since_ = {}; }
   /// Propagates the filter by the force since it was last levelled, and levels it.
   bool settle(Filter& filter) {
     const Since since = std::exchange(since_, {});

@@ -102,24 +102,30 @@ class AhrsReadings {
     fields_.sum += in_world(field, after_gyro(time) - filter_.delay());
     fields_.span_s += dt;
     fields_.count += T(1);
-    if (heading_.known() && fields_.span_s < AhrsFilter<T>::kUpdate_s)
+    if (heading_.known() && fields_.span_s < AhrsFilter<T>::kFieldUpdate_s)
       return report_.magnetometer.note(field_status_);
-    settle();
+    if (heading_.known())
+      filter_.propagate();
+    else
+      settle();
     const Fields mean = std::exchange(fields_, {});
     const auto outcome = heading_.update(filter_, mean.sum / mean.count,
                                          last_rate_ - filter_.bias(), mean.span_s);
     field_status_ = outcome.status;
     report_.heading_resets += outcome.reset ? 1 : 0;
-    if (outcome.reset) external_.settle();
+    if (outcome.reset) {
+      external_.settle();
+      level_.skip();
+    }
     return report_.magnetometer.note(outcome.status);
   }
 
   UpdateStatus add_heading(const HeadingFix& fix) {
     if (!ready_ || !external_.on()) return report_.external.note(UpdateStatus::waiting);
-    settle();
     const auto outcome = external_.update(filter_, fix, heading_.known());
     if (outcome.reset) {
       report_.heading_resets += heading_.known() ? 1 : 0;
+      settle();
       heading_.reset(filter_, outcome.off, outcome.sigma);
       fields_ = {};
     }
