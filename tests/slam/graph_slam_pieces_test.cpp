@@ -198,8 +198,9 @@ TEST(LossDetector, IsLostAfterScansInARowOrABreak) {
   EXPECT_TRUE(next(0.2, false));
 }
 
-// A break: more than four usual steps, and 2.5 s, or 5 s where a velocity does not hold from scan to
-// scan and the search reaches as far as the robot drives. With steps above a second gaps are usual.
+// A break: more than four usual steps, and 2.5 s, or 5 s where a velocity does not hold from scan
+// to scan and the search reaches as far as the robot drives. With steps above a second gaps are
+// usual.
 TEST(Gap, IsABreakByItsUsualStep) {
   const auto is_break = [](double usual_s, double silent_s) {
     detail::Gap gap;

@@ -28,8 +28,8 @@ void doubt_odometry(Doubt& doubt, const Recording& recording, const Trajectory& 
 void doubt_leaps(Doubt& doubt, const Recording& recording);
 
 /// That the path leaps where odometry, if there is one, does not: from one scan to the next by more
-/// than a metre and twice what it moves at its usual highest speed, that of nine in ten steps. Scans
-/// before were placed wrong, or the robot was carried.
+/// than a metre and twice what it moves at its usual highest speed, that of nine in ten steps.
+/// Scans before were placed wrong, or the robot was carried.
 void doubt_path_leaps(Doubt& doubt, const Recording& recording, const Trajectory& path);
 
 /// That without odometry no scan was taken for four seconds and five usual steps, for systems that

@@ -142,10 +142,10 @@ using MahonyAhrs = BasicAhrs<MahonyRule, W, T>;  ///< Mahony's filter
 /// Causal attitude of a body in `W` (frame::Ned or frame::Enu), relative to true north if the
 /// declination is given. Each sensor may have its own, irregular rate. A gyro or accelerometer
 /// reading is the mean since the previous one; a magnetometer reading is instantaneous. Each gyro
-/// reading turns the attitude; forces and fields correct it by their means over 40 and 30 ms. Starts at
-/// rest or in motion; needs gyro and accelerometer; allocates no memory. Without magnetometer the
-/// heading starts at zero and drifts with the gyro. Not for vehicles: sustained turns and braking
-/// look like a tilt.
+/// reading turns the attitude; forces and fields correct it by their means over 40 and 30 ms.
+/// Starts at rest or in motion; needs gyro and accelerometer; allocates no memory. Without
+/// magnetometer the heading starts at zero and drifts with the gyro. Not for vehicles: sustained
+/// turns and braking look like a tilt.
 template <LevelFrame W = frame::Ned, std::floating_point T = double>
 class Ahrs {
  public:

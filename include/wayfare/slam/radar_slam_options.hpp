@@ -70,7 +70,7 @@ struct RbpfSensorOptions {
   /// Above this number of points, a match is searched with every second point, third, and so on,
   /// and refined with all. Zero: always all.
   std::size_t search_points = 60;
-  PathDrift drift{};           ///< of paths by this sensor; of both, that of the LiDAR
+  PathDrift drift{};  ///< of paths by this sensor; of both, that of the LiDAR
   /// Loops are searched and closed as if the drift were this many times larger: it has longer tails
   /// than a Gaussian.
   double drift_margin = 1.0;

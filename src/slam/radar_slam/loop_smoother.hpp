@@ -70,8 +70,7 @@ class LoopSmoother {
     PoseGraphOptimiser<SE2d> optimiser;
     if (optimiser.prepare_covariances(graph, loop_kernel(loop().kernel_sigmas)))
       last.covariance = optimiser.relative_covariance(graph, 0, graph.size() - 1);
-    return compose(last, Gaussian<SE2d>{since, drift(since.translation().norm())})
-        .covariance;
+    return compose(last, Gaussian<SE2d>{since, drift(since.translation().norm())}).covariance;
   }
 
   /// Of all scans, with their updates' poses.
@@ -127,8 +126,8 @@ class LoopSmoother {
     for (std::size_t k = std::max<std::size_t>(smoothed_, 1); k < nodes_.size(); ++k) {
       const double step_m = nodes_[k].travel_m - nodes_[k - 1].travel_m;
       graph.edges[k - 1] = {static_cast<int>(k - 1), static_cast<int>(k),
-                            graph.poses[k - 1].inverse() * graph.poses[k],
-                            likely(step_m).inverse(), false};
+                            graph.poses[k - 1].inverse() * graph.poses[k], likely(step_m).inverse(),
+                            false};
     }
     graph.edges.insert(graph.edges.end(), loops_.begin(), loops_.end());
     return graph;
@@ -178,9 +177,8 @@ class LoopSmoother {
     const auto placed = [&](const Edge& e) { return graph_.poses[at(e.from)] * e.measurement; };
     const SE2d between = graph_.poses[at(a.to)].inverse() * graph_.poses[at(b.to)];
     const double travel_m = node(b.to).travel_m - node(a.to).travel_m;
-    const Gaussian<SE2d> by_a =
-        compose(Gaussian<SE2d>{placed(a), a.information.inverse()},
-                Gaussian<SE2d>{between, likely(std::max(travel_m, 1e-3))});
+    const Gaussian<SE2d> by_a = compose(Gaussian<SE2d>{placed(a), a.information.inverse()},
+                                        Gaussian<SE2d>{between, likely(std::max(travel_m, 1e-3))});
     const Eigen::Matrix3d covariance = by_a.covariance + b.information.inverse();
     const double sigmas = loop().agreement_sigmas;
     return squared_mahalanobis(Gaussian<SE2d>{by_a.mean, covariance}, placed(b)) < sigmas * sigmas;

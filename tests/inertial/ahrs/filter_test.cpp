@@ -82,8 +82,8 @@ TEST(AhrsFilter, TurnPropagatesTheCovarianceByTheNumericJacobian) {
   EXPECT_LT((f.q_enu_body().minus(x.q * SO3d::exp((reading - x.bias) * dt))).norm(), 1e-12);
 }
 
-// The error of the attitude in world axes does not change by the body's rotation: Φ of many readings
-// is the sum of their steps. Without a walk of the bias within them nothing is neglected.
+// The error of the attitude in world axes does not change by the body's rotation: Φ of many
+// readings is the sum of their steps. Without a walk of the bias within them nothing is neglected.
 TEST(AhrsFilter, OnePropagationOverManyRotationsIsExact) {
   Rng rng(4);
   const Nominal x;

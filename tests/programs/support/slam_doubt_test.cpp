@@ -49,9 +49,8 @@ TEST(DoubtOfOdometry, NamesLeaps) {
 Trajectory straight(double leap_m) {
   Trajectory path;
   for (int i = 0; i < 40; ++i)
-    path.push_back({LogTime() + from_seconds(i),
-                    Transform2<frame::Map, frame::Base>(
-                        SE2d(i + (i < 20 ? 0.0 : leap_m), 0.0, Angle{}))});
+    path.push_back({LogTime() + from_seconds(i), Transform2<frame::Map, frame::Base>(SE2d(
+                                                     i + (i < 20 ? 0.0 : leap_m), 0.0, Angle{}))});
   return path;
 }
 

@@ -24,9 +24,9 @@ class AhrsFilter {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
   using Rotation = Eigen::Matrix<T, 3, 3>;
-  /// Forces and fields correct the attitude by their means over these times (four and three readings at
-  /// 100 Hz), in world axes, in which they hardly change with the body's rotation. Fields more
-  /// often: disturbed ones are found in time.
+  /// Forces and fields correct the attitude by their means over these times (four and three
+  /// readings at 100 Hz), in world axes, in which they hardly change with the body's rotation.
+  /// Fields more often: disturbed ones are found in time.
   static constexpr T kUpdate_s = T(0.0395), kFieldUpdate_s = T(0.0295);
   /// Variance of an unknown angle, rad².
   static constexpr T kUnknown = T(10);

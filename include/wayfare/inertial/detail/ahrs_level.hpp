@@ -83,8 +83,8 @@ class AhrsLevel {
 
   void add_rate(const Vector& rate, T dt) { rest_.add_rate(rate, dt); }
 
-  /// Adds the specific force, in body and world axes, and levels the filter by it where that is due.
-  /// Returns whether a wrong attitude was levelled again.
+  /// Adds the specific force, in body and world axes, and levels the filter by it where that is
+  /// due. Returns whether a wrong attitude was levelled again.
   bool add_force(Filter& filter, const Vector& body, const Vector& world, T dt, T variance) {
     rest_.add_force(body, dt);
     since_.velocity += world * dt;

@@ -109,8 +109,8 @@ class AhrsReadings {
     else
       settle();
     const Fields mean = std::exchange(fields_, {});
-    const auto outcome = heading_.update(filter_, mean.sum / mean.count,
-                                         last_rate_ - filter_.bias(), mean.span_s);
+    const auto outcome =
+        heading_.update(filter_, mean.sum / mean.count, last_rate_ - filter_.bias(), mean.span_s);
     field_status_ = outcome.status;
     report_.heading_resets += outcome.reset ? 1 : 0;
     if (outcome.reset) {
