@@ -1,4 +1,4 @@
-#include <wayfare/map/detail/raster.hpp>
+#include "map/raster.hpp"
 
 #include <numbers>
 #include <vector>
@@ -34,41 +34,47 @@ bool is_inside(const SubCellPoint& p, std::span<const SubCellPoint> polygon) {
   return inside;
 }
 
-/// A raster and its marks.
+/// A raster and its bits.
 struct Window {
   RasterShape raster;
   std::int64_t rows;
-  std::vector<std::uint8_t> marks;
+  std::vector<std::uint64_t> bits;
 
   Window(Cell origin, std::ptrdiff_t stride, std::int64_t height)
-      : raster{origin, stride}, rows(height), marks(static_cast<std::size_t>(stride * height), 0) {}
+      : raster{origin, stride},
+        rows(height),
+        bits(static_cast<std::size_t>(stride / 64 * height)) {}
   [[nodiscard]] SubCellPoint centre(std::int64_t row, std::int64_t column) const {
     return {(raster.origin.x + column) * kOne + kOne / 2,
             (raster.origin.y + row) * kOne + kOne / 2};
   }
   [[nodiscard]] int mark(std::int64_t row, std::int64_t column) const {
-    return marks[static_cast<std::size_t>(row * raster.stride + column)];
+    const std::int64_t at = row * raster.stride + column;
+    return static_cast<int>(bits[static_cast<std::size_t>(at / 64)] >> (at % 64) & 1);
   }
   void fill(std::span<const SubCellPoint> polygon) {
     for (std::size_t i = 0; i < polygon.size(); ++i)
-      flip_along_edge(polygon[i], polygon[(i + 1) % polygon.size()], raster, marks);
-    for (std::int64_t y = 0; y < rows; ++y)
-      running_parity(marks.data() + y * raster.stride, raster.stride);
+      flip_along_edge(polygon[i], polygon[(i + 1) % polygon.size()], raster, bits);
+    const auto words = static_cast<std::size_t>(raster.stride / 64);
+    for (std::size_t y = 0; y < static_cast<std::size_t>(rows); ++y)
+      running_parity(std::span(bits).subspan(y * words, words));
   }
 };
 
-TEST(RunningParity, EqualsTheParityUpToEachMark) {
+TEST(RunningParity, EqualsTheParityUpToEachBit) {
   Rng rng(1);
-  for (const std::ptrdiff_t n : {8, 16, 64, 1024}) {
-    std::vector<std::uint8_t> marks(static_cast<std::size_t>(n)), want(marks.size());
-    int parity = 0;
-    for (std::size_t i = 0; i < marks.size(); ++i) {
-      marks[i] = static_cast<std::uint8_t>(rng.below(2));
-      parity ^= marks[i];
-      want[i] = static_cast<std::uint8_t>(parity);
-    }
-    running_parity(marks.data(), n);
-    EXPECT_EQ(marks, want);
+  for (const std::size_t n : {1U, 2U, 5U, 16U}) {
+    std::vector<std::uint64_t> bits(n), want(n);
+    std::uint64_t parity = 0;
+    for (std::size_t i = 0; i < n; ++i)
+      for (int b = 0; b < 64; ++b) {
+        const std::uint64_t bit = rng.below(2);
+        parity ^= bit;
+        bits[i] |= bit << b;
+        want[i] |= parity << b;
+      }
+    running_parity(bits);
+    EXPECT_EQ(bits, want);
   }
 }
 
@@ -82,7 +88,7 @@ TEST(FlipAlongEdge, FillsThePolygonOfTheDefinition) {
       const auto n = static_cast<std::uint64_t>(cells * kOne / unit);
       return static_cast<std::int64_t>(rng.below(n)) * unit;
     };
-    Window w({-20, 7}, 48, 30);
+    Window w({-20, 7}, 64, 30);
     std::vector<SubCellPoint> polygon(3 + rng.below(9));
     for (SubCellPoint& p : polygon) p = {-20 * kOne + any(48), 7 * kOne + any(30)};
     w.fill(polygon);
@@ -107,10 +113,11 @@ TEST(FlipAlongEdge, PolygonsThatShareEdgesShareNoCell) {
     const SubCellPoint middle{any(), any()};
     std::vector<int> times(24 * 24, 0);
     for (std::size_t i = 0; i < 4; ++i) {
-      Window w({0, 0}, 24, 24);
+      Window w({0, 0}, 64, 24);
       const SubCellPoint triangle[] = {middle, corner[i], corner[(i + 1) % 4]};
       w.fill(triangle);
-      for (std::size_t c = 0; c < times.size(); ++c) times[c] += w.marks[c];
+      for (std::size_t c = 0; c < times.size(); ++c)
+        times[c] += w.mark(static_cast<std::int64_t>(c / 24), static_cast<std::int64_t>(c % 24));
     }
     EXPECT_EQ(times, std::vector<int>(24 * 24, 1)) << "round " << round;
   }
@@ -162,9 +169,9 @@ TEST(FillPolygon, MarksTheTrianglesOfNeighbours) {
                static_cast<std::int64_t>(part * static_cast<double>(r.end.y))};
     }
     const auto has_next = neighbours(rays, 20.0);
-    Window w({-24, -24}, 48, 48);
+    Window w({-24, -24}, 64, 48);
     fill_polygon(std::span<const Ray>(rays), std::span<const std::uint8_t>(has_next), {0, 0},
-                 w.raster, w.rows, std::span(w.marks));
+                 w.raster, w.rows, std::span(w.bits));
     for (std::int64_t y = 0; y < w.rows; ++y) {
       for (std::int64_t x = 0; x < w.raster.stride; ++x) {
         int want = 0;

@@ -1,13 +1,14 @@
 #include <wayfare/map/cell.hpp>
 
 #include <algorithm>
-#include <utility>
+#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/detail/raster.hpp>
+
+#include "map/raster.hpp"
 
 namespace wayfare {
 namespace {
@@ -61,39 +62,57 @@ TEST(Ray, GoesThroughCornersAndAlongLines) {
   for (int i = 0; i < 5000; ++i) expect_exact({any(), any()}, {any(), any()});
 }
 
-/// The cells of the fast walk, without direct repetitions.
-void expect_the_same_cells(const SubCellPoint& a, const SubCellPoint& b) {
-  std::vector<Cell> want, got;
-  for_each_cell_on_segment(a, b, [&](const Cell& c) { want.push_back(c); });
-  const int left = std::min(a.cell().x, b.cell().x), right = std::max(a.cell().x, b.cell().x);
-  const RasterShape raster{{left - 3, std::min(a.cell().y, b.cell().y) - 5}, right - left + 9};
-  for_each_index_on_segment(a, b, raster, [&](std::ptrdiff_t at, bool is_new) {
-    const Cell c = raster.origin +
-                   Cell{static_cast<int>(at % raster.stride), static_cast<int>(at / raster.stride)};
-    if (is_new)
-      got.push_back(c);
-    else
-      EXPECT_EQ(c, got.back());
-  });
+/// How often each cell of a raster is passed, from the differences.
+template <class Count>
+void expect_the_same_cells(const SubCellPoint& a, const SubCellPoint& b,
+                           PassDifferences<Count>& differences) {
+  const Cell low{std::min(a.cell().x, b.cell().x), std::min(a.cell().y, b.cell().y)};
+  const Cell high{std::max(a.cell().x, b.cell().x), std::max(a.cell().y, b.cell().y)};
+  const RasterShape raster{low - Cell{3, 5}, high.x - low.x + 9};
+  const auto rows = static_cast<std::size_t>(high.y - low.y + 8);
+  const auto stride = static_cast<std::size_t>(raster.stride);
+  differences.along_rows.assign(stride * rows, 0);
+  differences.along_columns.assign(stride * rows, 0);
+  const ScanRaster::Ray ray{b};
+  detail::add_segments(a, std::span(&ray, 1), raster, differences);
+  std::set<Cell> want, got;
+  for_each_cell_on_segment(a, b, [&](const Cell& c) { want.insert(c); });
+  std::vector<int> column(stride, 0);
+  for (std::size_t y = 0; y < rows; ++y) {
+    int row = 0;
+    for (std::size_t x = 0; x < stride; ++x) {
+      row += differences.along_rows[y * stride + x];
+      column[x] += differences.along_columns[y * stride + x];
+      const int passes = row + column[x];
+      ASSERT_TRUE(passes == 0 || passes == 1);
+      if (passes == 1) got.insert(raster.origin + Cell{static_cast<int>(x), static_cast<int>(y)});
+    }
+  }
   ASSERT_EQ(got, want) << a.x << ',' << a.y << " to " << b.x << ',' << b.y;
 }
 
-TEST(RasterWalk, VisitsTheCellsOfTheSegment) {
+TEST(AddSegments, CountsTheCellsOfTheSegmentOnce) {
   Rng rng(4);
   // Short ones on corners and boundaries, medium ones, the longest in fixed point, and longer.
-  const std::pair<int, int> kinds[] = {{16, 1024},   {300, 1024},    {400'000, 1},
-                                       {1000, 4096}, {3'900'000, 1}, {40'000'000, 1}};
-  for (const auto& [reach, unit] : kinds) {
+  struct Kind {
+    int reach, unit, times;
+  };
+  const Kind kinds[] = {{16, 1024, 1500}, {300, 1024, 1500},  {400'000, 1, 500},
+                        {300, 4096, 500}, {3'900'000, 1, 60}, {12'000'000, 1, 15}};
+  PassDifferences<std::int16_t> narrow;
+  PassDifferences<std::int32_t> wide;
+  for (const auto& [reach, unit, times] : kinds) {
     const auto any = [&, r = reach, u = unit] {
       return (static_cast<std::int64_t>(rng.below(static_cast<std::uint64_t>(2 * r + 1))) - r) * u;
     };
-    for (int i = 0; i < 1500; ++i) {
+    for (int i = 0; i < times; ++i) {
       const SubCellPoint a{any(), any()};
       SubCellPoint b{any(), any()};
       if (i % 10 == 0) b.x = a.x;
       if (i % 10 == 1) b.y = a.y;
       if (i % 10 == 2) b.y = a.y + std::abs(b.x - a.x);
-      expect_the_same_cells(a, b);
+      expect_the_same_cells(a, b, narrow);
+      if (i % 10 == 3) expect_the_same_cells(a, b, wide);
     }
   }
 }

@@ -1,6 +1,10 @@
 #include <wayfare/map/detail/scan_raster.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
+#include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -15,10 +19,11 @@ const ScanUpdate kUpdate{LogOdds{-100}, LogOdds{700}, 0.05};
 
 OccupancyGrid wide_grid() { return OccupancyGrid({1.0, 1e-9, 1.0 - 1e-9}); }
 
-std::vector<ScanRaster::Ray> random_rays(Rng& rng, const SubCellPoint& origin, int count) {
+std::vector<ScanRaster::Ray> random_rays(Rng& rng, const SubCellPoint& origin, int count,
+                                         double max_range = 60.0) {
   std::vector<ScanRaster::Ray> rays;
   for (int i = 0; i < count; ++i) {
-    const double bearing = rng.uniform(-3.1, 3.1), range = rng.uniform(0.5, 60.0);
+    const double bearing = rng.uniform(-3.1, 3.1), range = rng.uniform(0.5, max_range);
     rays.push_back({{origin.x + std::llround(range * kOne * std::cos(bearing)),
                      origin.y + std::llround(range * kOne * std::sin(bearing))},
                     static_cast<float>(bearing),
@@ -29,7 +34,8 @@ std::vector<ScanRaster::Ray> random_rays(Rng& rng, const SubCellPoint& origin, i
 
 /// Cell by cell: freed by each beam that passes it, or once; never if a beam hits it.
 template <class FreeSpace>
-std::map<Cell, int> by_hand(const std::vector<ScanRaster::Ray>& rays, const SubCellPoint& origin) {
+std::map<Cell, int> by_hand(const std::vector<ScanRaster::Ray>& rays, const SubCellPoint& origin,
+                            const ScanUpdate& update = kUpdate) {
   std::map<Cell, int> passes, hits, sum;
   for (const auto& ray : rays) {
     for_each_cell_on_segment(origin, ray.end, [&](const Cell& c) { ++passes[c]; });
@@ -37,9 +43,9 @@ std::map<Cell, int> by_hand(const std::vector<ScanRaster::Ray>& rays, const SubC
   }
   for (const auto& [cell, n] : passes)
     if (!hits.contains(cell))
-      sum[cell] = kUpdate.free.fixed * std::min(n, FreeSpace::kMaxPassesPerCell);
+      sum[cell] = update.free.fixed * std::min(n, FreeSpace::kMaxPassesPerCell);
   for (const auto& [cell, n] : hits)
-    sum[cell] = kUpdate.hit.fixed * std::min(n, FreeSpace::kMaxPassesPerCell);
+    sum[cell] = update.hit.fixed * std::min(n, FreeSpace::kMaxPassesPerCell);
   return sum;
 }
 
@@ -69,6 +75,48 @@ void expect_by_hand() {
 
 TEST(ScanRaster, EqualsTheCellByCellUpdateOfEveryBeam) { expect_by_hand<EveryBeam>(); }
 TEST(ScanRaster, EqualsTheCellByCellUpdateOncePerScan) { expect_by_hand<OncePerScan>(); }
+
+struct ThreeTimes {
+  static constexpr int kMaxPassesPerCell = 3;
+  static constexpr bool kFills = false;
+};
+TEST(ScanRaster, EqualsTheCellByCellUpdateOfACallersPolicy) { expect_by_hand<ThreeTimes>(); }
+
+/// Clamped after each step, by the definition.
+void expect_clamped(const OccupancyGridOptions& options, const ScanUpdate& update, int beams,
+                    double max_range) {
+  Rng rng(6);
+  const SubCellPoint origin{1234, -77777};
+  OccupancyGrid grid(options);
+  ScanRaster raster;
+  std::map<Cell, int> want;
+  const int low = LogOdds::from_probability(options.min_probability).fixed;
+  const int high = LogOdds::from_probability(options.max_probability).fixed;
+  for (int round = 0; round < 3; ++round) {
+    raster.rays() = random_rays(rng, origin, beams, max_range);
+    for (const auto& [cell, sum] : by_hand<EveryBeam>(raster.rays(), origin, update))
+      want[cell] = std::clamp(want[cell] + sum, low, high);
+    ASSERT_TRUE(raster.apply<EveryBeam>(grid, origin, update));
+  }
+  for (const auto& [cell, l] : want)
+    ASSERT_EQ(grid.log_odds(cell).fixed, l) << cell.x << ' ' << cell.y;
+}
+
+TEST(ScanRaster, ClampsAtTheLimits) {
+  expect_clamped({1.0, 0.1, 0.9}, {LogOdds{-400}, LogOdds{3000}, 0.0}, 300, 40.0);
+  expect_clamped({1.0, 0.1, 0.9}, {LogOdds{300}, LogOdds{-500}, 0.0}, 300, 40.0);
+  // Limits and steps whose sum does not fit 16 bits.
+  expect_clamped({1.0, 1e-13, 1 - 1e-13}, {LogOdds{-9000}, LogOdds{32700}, 0.0}, 60, 40.0);
+  expect_clamped({1.0, 1e-13, 1 - 1e-13}, {LogOdds{32000}, LogOdds{-9000}, 0.0}, 60, 40.0);
+}
+
+TEST(ScanRaster, CountsMoreBeamsThanFit16Bits) {
+  expect_clamped({1.0, 1e-9, 1 - 1e-9}, {LogOdds{-1}, LogOdds{1}, 0.0}, 70'000, 9.0);
+}
+
+TEST(ScanRaster, FollowsBeamsOfThousandsOfCells) {
+  expect_clamped({1.0, 0.1, 0.9}, {LogOdds{-400}, LogOdds{3000}, 0.0}, 12, 2600.0);
+}
 
 TEST(ScanRaster, ReportsAScanThatIsTooLargeAndAcceptsTheNext) {
   ScanRaster raster;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
@@ -96,12 +95,16 @@ class OccupancyGrid {
     extend_bounds({c, c});
   }
 
-  /// Adds `delta` times its mark to every cell of the tiles that intersect `box`, and sets the
-  /// marks to zero. `marks` are row-major with rows `stride` apart, from the first cell of the tile
-  /// of box.min to the row of box.max. Cells marked zero are unchanged, unknown ones included, as
-  /// are all cells for a delta of zero. Marks wider than a byte may exceed 1.
-  template <class Mark>
-  void update_marked(const CellBox& box, Mark* marks, std::ptrdiff_t stride, LogOdds delta);
+  /// The same for each of `cells`.
+  void update(std::span<const Cell> cells, LogOdds delta);
+
+  /// Adds `delta` to each cell of a tile as often as it was passed, but at most `max_passes` times.
+  /// `passes` are row-major from the first cell of the tile, 64 a row; `box` encloses those that
+  /// are not zero. Other cells are unchanged, unknown ones included.
+  void update_tile(const CellBox& box, std::span<const std::uint16_t> passes, int max_passes,
+                   LogOdds delta);
+  /// The same for cells that were passed once: bit c of word r is set for column c of row r.
+  void update_tile(const CellBox& box, std::span<const std::uint64_t> rows, LogOdds delta);
 
   /// `visit(first cell of the tile, its 64×64 fixed-point log-odds, row-major)`, in order of (x, y)
   /// of the tiles; unknown cells are kUnknown.
@@ -119,14 +122,14 @@ class OccupancyGrid {
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
  private:
-  [[nodiscard]] std::int16_t added(std::int16_t l, std::int16_t delta) const {
+  /// Whether a limit and a step together fit 16 bits.
+  [[nodiscard]] bool fits_kernels(int step) const {
+    return std::max<int>(high_, -low_) + step <= std::numeric_limits<std::int16_t>::max();
+  }
+  [[nodiscard]] std::int16_t added(std::int16_t l, int delta) const {
     const int sum = (l == kUnknown ? 0 : l) + delta;
     return static_cast<std::int16_t>(std::clamp<int>(sum, low_, high_));
   }
-  template <class Mark>
-  void update_tile(const Cell& tile, int rows, Mark* marks, std::ptrdiff_t stride, LogOdds delta);
-  template <class Mark>
-  void add_marks(std::int16_t* cells, const Mark* marks, int delta) const;
   void extend_bounds(const CellBox& box) {
     std::optional<CellBox>& bounds = bounds_.value;
     if (!bounds) bounds = box;
@@ -155,76 +158,6 @@ void OccupancyGrid::for_each_row(const CellBox& box, const Visit& visit) const {
       for (Cell at{left, std::max(box.min.y, corner.y)}; at.y <= top; ++at.y)
         visit(at, std::span(*tile).subspan(Tiles::offset_in_tile(at), columns));
     }
-}
-
-template <class Mark>
-void OccupancyGrid::update_marked(const CellBox& box, Mark* marks, std::ptrdiff_t stride,
-                                  LogOdds delta) {
-  const Cell first = Tiles::tile_of(box.min), last = Tiles::tile_of(box.max);
-  for (int y = first.y; y <= last.y; ++y) {
-    const int rows = std::min(Tiles::kSide, box.max.y - y * Tiles::kSide + 1);
-    for (int x = first.x; x <= last.x; ++x)
-      update_tile({x, y}, rows,
-                  marks + std::ptrdiff_t{y - first.y} * Tiles::kSide * stride +
-                      std::ptrdiff_t{x - first.x} * Tiles::kSide,
-                  stride, delta);
-  }
-}
-
-template <class Mark>
-void OccupancyGrid::update_tile(const Cell& tile, int rows, Mark* marks, std::ptrdiff_t stride,
-                                LogOdds delta) {
-  constexpr int kSide = Tiles::kSide;
-  Tiles::Tile* cells = nullptr;
-  Mark columns[kSide] = {};  // bitwise or over the rows
-  int low = kSide, high = -1;
-  for (int r = 0; r < rows; ++r, marks += stride) {
-    Mark any = 0;
-    for (int i = 0; i < kSide; ++i) any = static_cast<Mark>(any | marks[i]);
-    if (any == 0) continue;
-    if (delta.fixed != 0) {
-      if (cells == nullptr) cells = &tiles_.writable(tile);
-      add_marks(cells->data() + std::ptrdiff_t{r} * kSide, marks, delta.fixed);
-      for (int i = 0; i < kSide; ++i) columns[i] = static_cast<Mark>(columns[i] | marks[i]);
-    }
-    std::fill(marks, marks + kSide, Mark{0});
-    low = std::min(low, r);
-    high = r;
-  }
-  if (cells == nullptr) return;
-  const auto marked = [](Mark m) { return m != 0; };
-  const auto left = std::find_if(columns, columns + kSide, marked) - columns;
-  const auto right =
-      kSide - 1 -
-      (std::find_if(std::rbegin(columns), std::rend(columns), marked) - std::rbegin(columns));
-  const Cell corner{tile.x * kSide, tile.y * kSide};
-  extend_bounds(
-      {corner + Cell{static_cast<int>(left), low}, corner + Cell{static_cast<int>(right), high}});
-}
-
-/// Loops of constant length, which compilers vectorise.
-template <class Mark>
-void OccupancyGrid::add_marks(std::int16_t* cells, const Mark* marks, int delta) const {
-  if constexpr (sizeof(Mark) > 1) {
-    for (int i = 0; i < Tiles::kSide; ++i) {
-      const int l = cells[i] == kUnknown ? 0 : cells[i];
-      const int sum = std::clamp<int>(l + marks[i] * delta, low_, high_);
-      cells[i] = static_cast<std::int16_t>(marks[i] != 0 ? sum : cells[i]);
-    }
-  } else {
-    // Clamped before the addition, so that the sum fits 16 bits.
-    constexpr int kMax = std::numeric_limits<std::int16_t>::max();
-    const auto low = static_cast<std::int16_t>(std::clamp(low_ - delta, -kMax, kMax));
-    const auto high = static_cast<std::int16_t>(std::clamp(high_ - delta, -kMax, kMax));
-    for (int i = 0; i < Tiles::kSide; ++i) {
-      const std::int16_t old = cells[i];
-      std::int16_t l = old == kUnknown ? std::int16_t{0} : old;
-      l = l < low ? low : l;
-      l = l > high ? high : l;
-      l = static_cast<std::int16_t>(l + delta);
-      cells[i] = marks[i] != 0 ? l : old;
-    }
-  }
 }
 
 }  // namespace wayfare

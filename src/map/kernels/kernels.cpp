@@ -10,9 +10,11 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "narrow values are read
 namespace wayfare::kernels::WAYFARE_ISA {
 namespace {
 
+using std::int16_t;
 using std::int32_t;
 using std::uint16_t;
 using std::uint32_t;
+using std::uint64_t;
 using std::uint8_t;
 
 inline float saturated(float t, float limit) {
@@ -149,6 +151,8 @@ uint32_t point_bounds(const float* __restrict x, const float* __restrict y, int 
 
 #include "map/kernels/tables.inl"
 
+#include "map/kernels/raster.inl"
+
 }  // namespace
 
 extern const Kernels table;
@@ -156,6 +160,6 @@ const Kernels table = {
     place,         index,        block_scores, pair_scores, point_bounds,     merge,
     merged_bounds, merged_pairs, merged_rows,  linearise,   bilinear_squares, bicubic_squares,
     stamp,         interleave,   sixteenths,   max_into,    min_max,          column_step,
-    column_back,   row_minimum,  cast,         field_sums};
+    column_back,   row_minimum,  cast,         field_sums, count_passes, add_passes, add_marks};
 
 }  // namespace wayfare::kernels::WAYFARE_ISA

@@ -4,6 +4,7 @@
 // from one portable source. All variants give bit-identical results; best_kernels() is the fastest
 // this CPU supports.
 
+#include <cstddef>
 #include <cstdint>
 
 #include <wayfare/core/detail/isa.hpp>
@@ -72,6 +73,37 @@ struct RayTable {
 struct PoseBatch {
   const float *c, *s, *ox, *oy;  ///< u = c·x − s·y + ox, v = s·x + c·y + oy, in cells
   int n;
+};
+
+/// Side of a tile of a grid, cells.
+inline constexpr int kTileSide = 64;
+
+/// How many beams pass the cells of a window of a tile: the sum of the differences along the row up
+/// to a cell and of those along the column up to it. Columns are in parts of 16. Arrays start at
+/// the window's first cell.
+template <class Count>
+struct TileDifferences {
+  Count *along_rows, *along_columns;  ///< zero afterwards
+  std::ptrdiff_t stride;              ///< between rows, a multiple of 64
+  int rows, parts;                    ///< at most 64 and 4
+  int first_part;                     ///< of the tile
+  /// Sums left of the window and below it; afterwards with the window.
+  Count *row_sums, *column_sums;
+  /// Bits of cells of the tile's rows that count as not passed, stride / 64 words a row.
+  const std::uint64_t* hits;
+};
+
+/// Bits of the window's rows and of the tile's columns in which something is.
+struct TileExtent {
+  std::uint64_t rows = 0, columns = 0;
+};
+
+/// How log-odds of cells change by passes. The limits by which they are clamped before the
+/// addition, low and high − max_passes·step, must fit 16 bits.
+struct PassUpdate {
+  std::int16_t step, low, high;  ///< step ≠ 0 per pass, within [low, high], which contains 0
+  std::int16_t unknown;          ///< value of a cell without an update, which starts from 0
+  std::int16_t max_passes;
 };
 
 struct Kernels {
@@ -145,6 +177,17 @@ struct Kernels {
   /// sums[p] = Σ table[cell of point i at pose p]; points outside count 0. n a multiple of 16.
   void (*field_sums)(const Field& field, const float* x, const float* y, int n,
                      const PoseBatch& poses, std::uint32_t* sums);
+  /// passes[r·64 + c], 0 … 32767.
+  TileExtent (*count_passes)(const TileDifferences<std::int16_t>& differences,
+                             std::uint16_t* passes);
+  /// cells[i] = clamp(cells[i] + step) as often as passed, for 16·parts cells of each row of 64.
+  /// Cells that were not passed are unchanged.
+  void (*add_passes)(std::int16_t* cells, const std::uint16_t* passes, int rows, int parts,
+                     const PassUpdate& update);
+  /// The same for cells c of row r passed once if bit c of bits[r] is set, of `parts` of 16
+  /// columns.
+  void (*add_marks)(std::int16_t* cells, const std::uint64_t* bits, int rows, int first_part,
+                    int parts, const PassUpdate& update);
 };
 
 [[nodiscard]] const Kernels& kernels_for(Isa isa);
