@@ -11,10 +11,16 @@
 #include <unordered_map>
 #include <vector>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/map/point_maps.hpp>
+
+#include "map/kernels/kernels.hpp"
 
 namespace wayfare {
 namespace {
+
+/// Values of a packed distribution, see kernels::NdtTable.
+constexpr std::size_t kPacked = 8;
 
 /// All points in the map frame. Errors: no points, a point that is not finite or too far away.
 /// `what` is the map to be built, for the messages.
@@ -179,6 +185,13 @@ std::vector<std::size_t> SurfaceMap::sort_into_buckets(const PointSet& points) {
     places[i] = first_[places[i] + 1]++;  // the bucket's next
     points_[places[i]] = {points[i], Eigen::Vector2f::Zero()};
   }
+  constexpr std::size_t kRead = 8;  // as kernels::SurfaceTable
+  x_.assign(points.size() + kRead, 0.0F);
+  y_.assign(points.size() + kRead, 0.0F);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    x_[i] = points_[i].point.x();
+    y_[i] = points_[i].point.y();
+  }
   first_.pop_back();
   return places;
 }
@@ -216,20 +229,44 @@ CellBox SurfaceMap::buckets_within(const Eigen::Vector2f& p, float radius_m) con
 }
 
 const SurfacePoint* SurfaceMap::nearest(const Eigen::Vector2f& p_map, float radius_m) const {
-  const SurfacePoint* best = nullptr;
-  float square = radius_m * radius_m;
-  // The nearest point is usually close, so a small radius is searched first.
-  for (const float radius : {std::min(radius_m, 0.25F), radius_m}) {
-    for_each_within(p_map, radius, [&](const SurfacePoint& s) {
-      const float d = (s.point - p_map).squaredNorm();
-      if (d < square || (best == nullptr && d <= square)) {
-        square = d;
-        best = &s;
-      }
-    });
-    if (best != nullptr) break;
+  Tracker tracker(*this, 1);
+  const std::int32_t i = tracker.nearest({&p_map.x(), 1}, {&p_map.y(), 1}, radius_m).index[0];
+  return i < 0 ? nullptr : &points_[static_cast<std::size_t>(i)];
+}
+
+SurfaceMap::Tracker::Tracker(const SurfaceMap& map, std::size_t n) : map_(map), n_(n) {
+  const std::size_t padded = (n + PointSet::kLanes - 1) / PointSet::kLanes * PointSet::kLanes;
+  for (std::vector<float>* v :
+       {&x_, &y_, &searched_x_, &searched_y_, &nearest_x_, &nearest_y_, &others_, &squared_m2_})
+    v->assign(padded, 0.0F);
+  known_.assign(padded, -1);
+  index_.assign(padded, -1);
+}
+
+SurfaceMap::Tracker::Nearest SurfaceMap::Tracker::nearest(std::span<const float> x_map,
+                                                          std::span<const float> y_map,
+                                                          float radius_m) {
+  static_assert(kBucket_m * kernels::kBucketsPerMetre == 1.0);
+  WAYFARE_EXPECTS(x_map.size() == n_ && y_map.size() == n_, "another number of points");
+  std::copy(x_map.begin(), x_map.end(), x_.begin());
+  std::copy(y_map.begin(), y_map.end(), y_.begin());
+  if (map_.empty() || !(radius_m >= 0)) {
+    std::fill(index_.begin(), index_.end(), -1);
+    return {std::span(index_).first(n_), std::span(squared_m2_).first(n_)};
   }
-  return best;
+  const CellBox& box = map_.box_;
+  const kernels::SurfaceTable table{map_.x_.data(),
+                                    map_.y_.data(),
+                                    map_.first_.data(),
+                                    box.min.x,
+                                    box.min.y,
+                                    static_cast<int>(box.width()),
+                                    static_cast<int>(box.height())};
+  const kernels::Neighbours known{searched_x_.data(), searched_y_.data(), known_.data(),
+                                  nearest_x_.data(),  nearest_y_.data(),  others_.data()};
+  kernels::best_kernels().nearest(table, x_.data(), y_.data(), static_cast<int>(n_), radius_m,
+                                  known, index_.data(), squared_m2_.data());
+  return {std::span(index_).first(n_), std::span(squared_m2_).first(n_)};
 }
 
 NdtMap::Level::Level(const PointSet& points_map, double cell_m, const NdtMapOptions& options)
@@ -238,29 +275,70 @@ NdtMap::Level::Level(const PointSet& points_map, double cell_m, const NdtMapOpti
   box_ = {cell_of(point(0), cell_m), cell_of(point(0), cell_m)};
   for (std::size_t i = 0; i < points_map.size(); ++i)
     for (int t = 0; t < kTilings; ++t) box_.extend(cell_of(point(i) + shift(t), cell_m));
-  const auto cells = static_cast<std::size_t>(box_.cells());
+  const auto squares = static_cast<std::size_t>(box_.grown(1).cells());
+  cells_.emplace_back();
+  packed_.assign(kPacked, 0.0F);
   for (int t = 0; t < kTilings; ++t) {
     // Most squares have no points.
-    std::vector<Moments> moments;
-    std::vector<std::uint32_t>& places = places_.emplace_back(cells, kNone);
+    std::vector<Moments> moments(1);
+    std::vector<Cell> corners(1);
+    std::vector<std::int32_t>& places = places_.emplace_back(squares, 0);
     for (std::size_t i = 0; i < points_map.size(); ++i) {
       const Eigen::Vector2d p = point(i);
-      std::uint32_t& place = places[box_.index(cell_of(p + shift(t), cell_m))];
-      if (place == kNone) {
-        place = static_cast<std::uint32_t>(moments.size());
+      const Cell square = cell_of(p + shift(t), cell_m);
+      std::int32_t& in = places[place(square)];
+      if (in == 0) {
+        in = static_cast<std::int32_t>(moments.size());
         moments.emplace_back();
+        corners.push_back(square);
       }
-      moments[place].add(p);
+      moments[static_cast<std::size_t>(in)].add(p);
     }
-    std::vector<std::uint32_t> stored;  // of each of the moments
-    for (const Moments& m : moments) {
-      const NdtCell cell = distribution(m, options);
-      stored.push_back(cell.known ? static_cast<std::uint32_t>(cells_.size()) : kNone);
-      if (cell.known) cells_.push_back(cell);
+    std::vector<std::int32_t> stored(1);  // of each of the moments
+    for (std::size_t m = 1; m < moments.size(); ++m) {
+      const NdtCell cell = distribution(moments[m], options);
+      stored.push_back(cell.known ? static_cast<std::int32_t>(cells_.size()) : 0);
+      if (!cell.known) continue;
+      cells_.push_back(cell);
+      const Eigen::Vector2d in_square =
+          (cell.mean + shift(t)) / cell_m - Eigen::Vector2d(corners[m].x, corners[m].y);
+      const Eigen::Matrix2d information = cell.information * cell_m * cell_m;
+      for (const double v : {in_square.x(), in_square.y(), information(0, 0), information(0, 1),
+                             information(1, 1), 1.0, 0.0, 0.0})
+        packed_.push_back(static_cast<float>(v));
     }
-    for (std::uint32_t& place : places)
-      if (place != kNone) place = stored[place];
+    for (std::int32_t& in : places) in = stored[static_cast<std::size_t>(in)];
   }
+}
+
+NdtMap::Sums NdtMap::Level::sums(const PointSet& points, const SE2d& T_map_points) const {
+  // Squares from the corner of the one the pose is in, so that rounding does not grow with the map.
+  const Eigen::Vector2d origin = T_map_points.translation() / cell_m_;
+  const Cell square = cell_of(T_map_points.translation(), cell_m_);
+  const SO2d& rotation = T_map_points.rotation();
+  const kernels::CellTransform transform{static_cast<float>(rotation.cos() / cell_m_),
+                                         static_cast<float>(rotation.sin() / cell_m_),
+                                         static_cast<float>(origin.x() - square.x),
+                                         static_cast<float>(origin.y() - square.y),
+                                         static_cast<float>(1 << 22),
+                                         square.x - box_.min.x,
+                                         square.y - box_.min.y};
+  const kernels::NdtTable table{
+      {places_[0].data(), places_[1].data(), places_[2].data(), places_[3].data()},
+      packed_.data(),
+      static_cast<int>(box_.width()),
+      static_cast<int>(box_.height())};
+  double s[10];
+  kernels::best_kernels().ndt_sums(points.padded_x_m().data(), points.padded_y_m().data(),
+                                   static_cast<int>(points.size()), transform, table, s);
+  const double per_m = 1 / cell_m_, per_m2 = per_m * per_m;
+  Sums sums;
+  sums.likelihood = s[0];
+  sums.pull << s[1] * per_m, s[2] * per_m, s[3];
+  sums.hessian << s[4] * per_m2, s[5] * per_m2, s[7] * per_m,  //
+      s[5] * per_m2, s[6] * per_m2, s[8] * per_m,              //
+      s[7] * per_m, s[8] * per_m, s[9];
+  return sums;
 }
 
 Result<NdtMap> NdtMap::make(std::span<const PlacedPoints> scans, const NdtMapOptions& options) {

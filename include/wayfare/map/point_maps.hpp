@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/sensors/point_set.hpp>
@@ -60,6 +61,8 @@ class SurfaceMap {
   [[nodiscard]] bool empty() const { return points_.empty(); }
   /// The nearest point, or null if none is within `radius_m`; none is within a negative radius.
   [[nodiscard]] const SurfacePoint* nearest(const Eigen::Vector2f& p_map, float radius_m) const;
+  /// The same for points that move little from call to call.
+  class Tracker;
   /// visit(point) for every point within `radius_m`.
   template <class Visit>
   void for_each_within(const Eigen::Vector2f& p_map, float radius_m, const Visit& visit) const;
@@ -83,6 +86,31 @@ class SurfaceMap {
   CellBox box_{{0, 0}, {-1, -1}};     // of buckets
   std::vector<std::uint32_t> first_;  // point of each bucket, row-major, and the end
   std::vector<SurfacePoint> points_;  // bucket by bucket
+  std::vector<float> x_, y_;          // of the points; some more follow
+};
+
+/// The nearest surface points of points that move little from call to call: searched only where the
+/// answer could have changed. The map must outlive it.
+class SurfaceMap::Tracker {
+ public:
+  /// For `n` points.
+  Tracker(const SurfaceMap& map, std::size_t n);
+
+  /// Of each of the n points the index of the nearest point, or −1, and its squared distance, m².
+  /// Valid until the next call.
+  struct Nearest {
+    std::span<const std::int32_t> index;
+    std::span<const float> squared_m2;
+  };
+  [[nodiscard]] Nearest nearest(std::span<const float> x_map, std::span<const float> y_map,
+                                float radius_m);
+
+ private:
+  const SurfaceMap& map_;
+  std::size_t n_;
+  std::vector<float> x_, y_;  // padded
+  std::vector<float> searched_x_, searched_y_, nearest_x_, nearest_y_, others_, squared_m2_;
+  std::vector<std::int32_t> known_, index_;
 };
 
 template <class Visit>
@@ -124,6 +152,14 @@ class NdtMap {
   [[nodiscard]] static Result<NdtMap> make(std::span<const PlacedPoints> scans,
                                            const NdtMapOptions& options = {});
 
+  /// Σ over the four tilings and the points p of a scan, placed by a pose R, t: e = exp(−½ dᵀΛd) of
+  /// the offsets d = R p + t − µ, and its terms of a Gauss-Newton step in the map's axes.
+  struct Sums {
+    double likelihood = 0.0;                            ///< Σ e
+    Eigen::Vector3d pull = Eigen::Vector3d::Zero();     ///< Σ e JᵀΛd, J = ∂d/∂(t, θ)
+    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();  ///< Σ e JᵀΛJ
+  };
+
   /// The tilings of one cell size.
   class Level {
    public:
@@ -134,20 +170,25 @@ class NdtMap {
     [[nodiscard]] const NdtCell* at(const Eigen::Vector2d& p_map, int t) const {
       const Cell c = cell_of(p_map + shift(t), cell_m_);
       if (!box_.contains(c)) return nullptr;
-      const std::uint32_t i = places_[static_cast<std::size_t>(t)][box_.index(c)];
-      return i == kNone ? nullptr : &cells_[i];
+      const NdtCell& cell =
+          cells_[static_cast<std::size_t>(places_[static_cast<std::size_t>(t)][place(c)])];
+      return cell.known ? &cell : nullptr;
     }
+    /// Of the points at a pose, in single precision relative to it.
+    [[nodiscard]] Sums sums(const PointSet& points, const SE2d& T_map_points) const;
 
    private:
     [[nodiscard]] Eigen::Vector2d shift(int t) const {
       return 0.5 * cell_m_ * Eigen::Vector2d(t & 1, t >> 1);
     }
-    static constexpr std::uint32_t kNone = 0xffffffff;
+    /// Of a square, row-major with a border of one.
+    [[nodiscard]] std::size_t place(const Cell& c) const { return box_.grown(1).index(c); }
 
     double cell_m_;
     CellBox box_;
-    std::vector<std::vector<std::uint32_t>> places_;  // of each tiling's squares, in cells_
-    std::vector<NdtCell> cells_;
+    std::vector<std::vector<std::int32_t>> places_;  // of each tiling's squares, in cells_
+    std::vector<NdtCell> cells_;                     // the first is unknown
+    std::vector<float> packed_;                      // cells_ as kernels::NdtTable has them
   };
 
   /// Whether it has no points.

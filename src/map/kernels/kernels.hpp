@@ -75,6 +75,40 @@ struct PoseBatch {
   int n;
 };
 
+/// A level of an NdtMap. Lengths in squares, from the corner of the square a distribution is in.
+struct NdtTable {
+  /// Of each tiling's squares, row-major with a border of one: a distribution, 0 for none.
+  const std::int32_t* places[4];
+  /// Eight values each: mean, upper triangle of the inverse covariance, 1 (0 for none), two unused.
+  const float* distributions;
+  int width, height;
+};
+
+/// Buckets of a SurfaceMap along a metre.
+inline constexpr double kBucketsPerMetre = 4.0;
+
+/// The points of a SurfaceMap, bucket by bucket; eight more may be read.
+struct SurfaceTable {
+  const float *x, *y;
+  const std::uint32_t* first;       ///< point of each bucket, row-major, and the end
+  int left, bottom, width, height;  ///< of the buckets
+};
+
+/// What is known of points' nearest neighbours, arrays of whole multiples of 16.
+struct Neighbours {
+  float *x, *y;                  ///< where they were searched
+  std::int32_t* index;           ///< the nearest there, −1 for none
+  float *nearest_x, *nearest_y;  ///< its place
+  float* others;  ///< all others were at least so far; 0 for a point not searched yet
+};
+
+/// Points p of a scan and lines through q with normal n, arrays padded to 16 by zeros. q is
+/// relative to any place of the map.
+struct PointLines {
+  const float *px, *py, *qx, *qy, *nx, *ny;
+  int n;
+};
+
 /// Side of a tile of a grid, cells.
 inline constexpr int kTileSide = 64;
 
@@ -151,6 +185,21 @@ struct Kernels {
                            const Field& field, float one, double* sums);
   void (*bicubic_squares)(const float* x, const float* y, int n, const CellTransform& t,
                           const Field& field, float one, double* sums);
+  /// Sums e = exp(−½ dᵀΛd) of the points' offsets d from the distributions Λ of the four tilings,
+  /// which are shifted by half a square along u, v and both, and with g = (−v, u) about the points'
+  /// origin: sums[10] = {e, eΛd, e gᵀΛd, eΛ, eΛg, e gᵀΛg}, in squares and the tables' axes.
+  void (*ndt_sums)(const float* x, const float* y, int n, const CellTransform& t,
+                   const NdtTable& table, double* sums);
+  /// index[i] = the nearest surface point within `radius` of each point, the first of equals, or
+  /// −1, and its squared distance. Arrays of whole multiples of 16. Searches only where what is
+  /// known does not suffice.
+  void (*nearest)(const SurfaceTable& table, const float* x, const float* y, int n, float radius,
+                  const Neighbours& known, std::int32_t* index, float* squares);
+  /// With r = n·(R p + t − q), g = ∂r/∂(x, y, θ) in the points' axes and w = 1/(1 +
+  /// r²·information): sums[10] = {ln(1 + r²·information), w r g, w g gᵀ as in linearise}. R, t = c,
+  /// s, ox, oy.
+  void (*line_squares)(const PointLines& lines, const CellTransform& t, float information,
+                       double* sums);
   /// Each target row r < rows: target[c] = max(target[c], kernel[r·width + c]); width % 16 = 0.
   void (*stamp)(std::uint16_t* target, int stride, const std::uint16_t* kernel, int width,
                 int rows);

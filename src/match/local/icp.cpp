@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
 #include <vector>
 
 #include <wayfare/core/statistics.hpp>
 
+#include "map/kernels/kernels.hpp"
 #include "match/local/registration.hpp"
 
 namespace wayfare {
@@ -13,53 +16,102 @@ namespace {
 
 using detail::Cost;
 
-/// A point and its line.
-struct Pair {
-  Eigen::Vector2d point;   ///< in the scan's own axes
-  Eigen::Vector2d normal;  ///< in the map's
-  double offset = 0.0;     ///< normal · q, q on the line
-  double distance = 0.0;   ///< from q at the time of pairing
+/// Points of a scan, each with the line through its nearest surface point.
+class Pairs {
+ public:
+  Pairs(const SurfaceMap& map, const PointSet& points)
+      : map_(map), points_(points), tracker_(map, points.size()) {
+    const std::size_t n = points.size();
+    for (std::vector<float>* axis : {&x_, &y_}) axis->resize(n);
+    for (std::vector<float>* axis : {&px_, &py_, &qx_, &qy_, &nx_, &ny_})
+      axis->resize((n + PointSet::kLanes - 1) / PointSet::kLanes * PointSet::kLanes);
+    squared_m2_.reserve(n);
+  }
 
-  [[nodiscard]] double residual(const SE2d& pose) const {
-    return normal.dot(pose * point) - offset;
+  /// The pairs at a pose.
+  void find(const SE2d& pose, double max_distance_m) {
+    const std::span<const float> x = points_.x_m(), y = points_.y_m();
+    origin_ = pose.translation();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Eigen::Vector2d p =
+          pose * Eigen::Vector2d(static_cast<double>(x[i]), static_cast<double>(y[i]));
+      x_[i] = static_cast<float>(p.x());
+      y_[i] = static_cast<float>(p.y());
+    }
+    const auto [nearest, squared_m2] = tracker_.nearest(x_, y_, static_cast<float>(max_distance_m));
+    squared_m2_.clear();
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (nearest[i] < 0) continue;
+      const SurfacePoint& s = map_.points()[static_cast<std::size_t>(nearest[i])];
+      if (s.normal.isZero(0)) continue;
+      px_[n] = x[i];
+      py_[n] = y[i];
+      qx_[n] = static_cast<float>(static_cast<double>(s.point.x()) - origin_.x());
+      qy_[n] = static_cast<float>(static_cast<double>(s.point.y()) - origin_.y());
+      nx_[n] = s.normal.x();
+      ny_[n] = s.normal.y();
+      ++n;
+      squared_m2_.push_back(squared_m2[i]);
+    }
+    for (std::vector<float>* axis : {&px_, &py_, &qx_, &qy_, &nx_, &ny_})
+      std::fill(axis->begin() + static_cast<std::ptrdiff_t>(n), axis->end(), 0.0F);
   }
-  /// ∂residual/∂ξ.
-  [[nodiscard]] Eigen::Vector3d gradient(const SE2d& pose) const {
-    const Eigen::Vector2d n = pose.rotation().inverse() * normal;
-    return {n.x(), n.y(), point.x() * n.y() - point.y() * n.x()};
+
+  [[nodiscard]] std::size_t size() const { return squared_m2_.size(); }
+  /// Of the distances from the nearest points.
+  [[nodiscard]] double median_m() { return static_cast<double>(upper_median_of(squared_m2_)); }
+
+  /// Cauchy kernel: ½ Σ ln(1 + r²/σ²), with the weights 1/(1 + r²/σ²) in the Hessian.
+  [[nodiscard]] Cost cost(const SE2d& pose, double sigma_m, double weight) const {
+    const double information = 1 / (sigma_m * sigma_m);
+    const Eigen::Vector2d t = pose.translation() - origin_;
+    const kernels::CellTransform transform{static_cast<float>(pose.rotation().cos()),
+                                           static_cast<float>(pose.rotation().sin()),
+                                           static_cast<float>(t.x()),
+                                           static_cast<float>(t.y()),
+                                           0.0F,
+                                           0,
+                                           0};
+    const kernels::PointLines lines{px_.data(),
+                                    py_.data(),
+                                    qx_.data(),
+                                    qy_.data(),
+                                    nx_.data(),
+                                    ny_.data(),
+                                    static_cast<int>(size())};
+    double s[10];
+    kernels::best_kernels().line_squares(lines, transform, static_cast<float>(information), s);
+    const double each = weight * information;
+    Cost cost;
+    cost.value = 0.5 * weight * s[0];
+    cost.negative_gradient = -each * Eigen::Vector3d(s[1], s[2], s[3]);
+    cost.hessian << s[4], s[5], s[6], s[5], s[7], s[8], s[6], s[8], s[9];
+    cost.hessian *= each;
+    return cost;
   }
+
+  /// visit(residual, ∂residual/∂ξ) for every pair.
+  template <class Visit>
+  void for_each(const SE2d& pose, const Visit& visit) const {
+    const SO2d to_scan = pose.rotation().inverse();
+    for (std::size_t i = 0; i < size(); ++i) {
+      const Eigen::Vector2d p = Eigen::Vector2f(px_[i], py_[i]).cast<double>();
+      const Eigen::Vector2d q = origin_ + Eigen::Vector2f(qx_[i], qy_[i]).cast<double>();
+      const Eigen::Vector2d normal = Eigen::Vector2f(nx_[i], ny_[i]).cast<double>();
+      const Eigen::Vector2d n = to_scan * normal;
+      visit(normal.dot(pose * p - q), Eigen::Vector3d(n.x(), n.y(), p.x() * n.y() - p.y() * n.x()));
+    }
+  }
+
+ private:
+  const SurfaceMap& map_;
+  const PointSet& points_;
+  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();  // of qx_, qy_
+  std::vector<float> x_, y_;                          // all points in the map
+  SurfaceMap::Tracker tracker_;
+  std::vector<float> px_, py_, qx_, qy_, nx_, ny_, squared_m2_;
 };
-
-std::vector<Pair> pairs_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
-                           double max_distance_m) {
-  std::vector<Pair> pairs;
-  pairs.reserve(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector2d p = points[i].cast<double>();
-    const Eigen::Vector2f at = (pose * p).cast<float>();
-    const SurfacePoint* s = map.nearest(at, static_cast<float>(max_distance_m));
-    if (s == nullptr || s->normal.isZero(0)) continue;
-    const Eigen::Vector2d n = s->normal.cast<double>();
-    pairs.push_back(
-        {p, n, n.dot(s->point.cast<double>()), static_cast<double>((s->point - at).norm())});
-  }
-  return pairs;
-}
-
-/// Cauchy kernel: ½ Σ ln(1 + r²/σ²), with the weights 1/(1 + r²/σ²) in the Hessian.
-Cost cost_of(const std::vector<Pair>& pairs, const SE2d& pose, double sigma_m, double weight) {
-  const double information = 1 / (sigma_m * sigma_m);
-  Cost cost;
-  for (const Pair& pair : pairs) {
-    const double r = pair.residual(pose);
-    const double w = weight * information / (1 + r * r * information);
-    const Eigen::Vector3d g = pair.gradient(pose);
-    cost.value += 0.5 * weight * std::log1p(r * r * information);
-    cost.negative_gradient -= w * r * g;
-    cost.hessian += w * g * g.transpose();
-  }
-  return cost;
-}
 
 /// Σ of the gradients' outer products over pairs, and the fit of all points.
 struct IcpFit {
@@ -67,20 +119,16 @@ struct IcpFit {
   double mean_log_likelihood = 0.0;
 };
 
-IcpFit fit_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
-              const IcpOptions& options) {
+IcpFit fit_at(Pairs& pairs, std::size_t points, const SE2d& pose, const IcpOptions& options) {
   const double log_floor = std::log(options.floor_probability);
-  const double reach = options.sigma_m * std::sqrt(-2 * log_floor);
   IcpFit fit;
-  const std::vector<Pair> pairs = pairs_at(map, points, pose, reach);
-  for (const Pair& pair : pairs) {
-    const double sigmas = pair.residual(pose) / options.sigma_m;
-    const Eigen::Vector3d g = pair.gradient(pose);
+  pairs.find(pose, options.sigma_m * std::sqrt(-2 * log_floor));
+  pairs.for_each(pose, [&](double residual, const Eigen::Vector3d& g) {
+    const double sigmas = residual / options.sigma_m;
     fit.outer += g * g.transpose();
     fit.mean_log_likelihood += std::max(log_floor, -0.5 * sigmas * sigmas) - log_floor;
-  }
-  fit.mean_log_likelihood =
-      log_floor + fit.mean_log_likelihood / static_cast<double>(points.size());
+  });
+  fit.mean_log_likelihood = log_floor + fit.mean_log_likelihood / static_cast<double>(points);
   return fit;
 }
 
@@ -98,24 +146,22 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
   const double min_reach = 5 * options_.sigma_m;
   SE2d pose = prior;
   double reach = options_.max_correspondence_m;
-  std::vector<Pair> pairs;
+  Pairs pairs(map, points);
   for (int i = 0; i < options_.max_iterations; ++i) {
-    pairs = pairs_at(map, points, pose, reach);
+    pairs.find(pose, reach);
     if (pairs.size() < 3) return std::optional<MatchResult>();
     // Far from the solution, residuals are scaled by their median; close to it, by the noise.
-    const double median = upper_median_of(pairs, &Pair::distance);
+    const double median = pairs.median_m();
     const double sigma = std::max(options_.sigma_m, median);
     const SE2d before = pose;
-    const auto cost_at = [&](const SE2d& at) {
-      return cost_of(pairs, at, sigma, prior_term.weight());
-    };
+    const auto cost_at = [&](const SE2d& at) { return pairs.cost(at, sigma, prior_term.weight()); };
     prior_term.minimise(pose, cost_at, 3, options_.tolerance);
     const double wanted = std::max(min_reach, 3 * median);
     const bool converged = before.minus(pose).norm() < options_.tolerance && wanted >= 0.7 * reach;
     reach = std::min(reach, wanted);
     if (converged) break;
   }
-  const IcpFit fit = fit_at(map, points, pose, options_);
+  const IcpFit fit = fit_at(pairs, points.size(), pose, options_);
   return prior_term.match({pose, fit.mean_log_likelihood,
                            1 - fit.mean_log_likelihood / std::log(options_.floor_probability),
                            1 / (options_.sigma_m * options_.sigma_m), [&] { return fit.outer; }});

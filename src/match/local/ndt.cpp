@@ -11,13 +11,6 @@ namespace {
 using detail::Cost;
 using Level = NdtMap::Level;
 
-/// ∂(R p + t)/∂ξ for a right perturbation: R [1 0 −y; 0 1 x].
-Eigen::Matrix<double, 2, 3> point_jacobian(const SE2d& pose, const Eigen::Vector2d& p) {
-  Eigen::Matrix<double, 2, 3> local;
-  local << 1, 0, -p.y(), 0, 1, p.x();
-  return pose.rotation().matrix() * local;
-}
-
 /// visit(cell, offset from its mean, exp(−½ q)) for the distributions at a point.
 template <class Visit>
 void for_each_distribution(const Level& level, const Eigen::Vector2d& point, const Visit& visit) {
@@ -29,23 +22,16 @@ void for_each_distribution(const Level& level, const Eigen::Vector2d& point, con
   }
 }
 
-/// Σ (1 − likelihood), the mean over the tilings.
+/// Σ (1 − likelihood), the mean over the tilings. A right perturbation moves along the pose's axes.
 Cost cost_of(const Level& level, const PointSet& points, const SE2d& pose, double weight) {
+  const NdtMap::Sums sums = level.sums(points, pose);
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  axes.topLeftCorner<2, 2>() = pose.rotation().matrix();
+  const double each = weight / Level::kTilings;
   Cost cost;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector2d p = points[i].cast<double>();
-    const auto jacobian = point_jacobian(pose, p);
-    double likelihood = 0;
-    for_each_distribution(
-        level, pose * p, [&](const NdtCell& cell, const Eigen::Vector2d& d, double e) {
-          const double w = weight * e / Level::kTilings;
-          const Eigen::Matrix<double, 3, 2> pull = w * jacobian.transpose() * cell.information;
-          likelihood += e / Level::kTilings;
-          cost.negative_gradient -= pull * d;
-          cost.hessian += pull * jacobian;
-        });
-    cost.value += weight * (1 - likelihood);
-  }
+  cost.value = weight * static_cast<double>(points.size()) - each * sums.likelihood;
+  cost.negative_gradient = -each * (axes.transpose() * sums.pull);
+  cost.hessian = each * (axes.transpose() * sums.hessian * axes);
   return cost;
 }
 
