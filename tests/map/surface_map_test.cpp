@@ -1,9 +1,11 @@
 #include <wayfare/map/point_maps.hpp>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -80,6 +82,64 @@ TEST(SurfaceMap, FindsTheNearestPoint) {
   EXPECT_GT(none, 100);
 }
 
+/// Points that move by steps of millimetres to metres: each answer is that of a search from
+/// nothing.
+TEST(SurfaceMapTracker, FindsWhatASearchFinds) {
+  Rng rng(15);
+  const PointSet points = strewn(rng, 900, 3.0);
+  const PlacedPoints placed{&points, SE2d(1000.3, -7, Angle::degrees(40))};
+  const auto map = SurfaceMap::make({&placed, 1});
+  ASSERT_TRUE(map);
+  constexpr std::size_t kCount = 101;
+  std::vector<float> x(kCount), y(kCount);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    x[i] = static_cast<float>(rng.uniform(996, 1005));
+    y[i] = static_cast<float>(rng.uniform(-12, -2));
+  }
+  SurfaceMap::Tracker tracker(*map, kCount);
+  int none = 0;
+  for (int round = 0; round < 60; ++round) {
+    const double step = std::pow(10.0, rng.uniform(-4, 0));
+    for (std::vector<float>* axis : {&x, &y})
+      for (float& v : *axis) v += static_cast<float>(rng.normal(0, step));
+    const auto reach = static_cast<float>(rng.uniform(0, 1.5));
+    const auto [index, squared_m2] = tracker.nearest(x, y, reach);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      std::int32_t want = -1;
+      float least = std::numeric_limits<float>::infinity();
+      for (std::size_t k = 0; k < map->points().size(); ++k) {
+        const Eigen::Vector2f d = map->points()[k].point - Eigen::Vector2f(x[i], y[i]);
+        if (d.squaredNorm() >= least) continue;
+        least = d.squaredNorm();
+        want = static_cast<std::int32_t>(k);
+      }
+      if (least > reach * reach) want = -1;
+      ASSERT_EQ(index[i], want) << round << ' ' << i;
+      if (want >= 0) {
+        ASSERT_EQ(squared_m2[i], least);
+      }
+      none += want < 0;
+    }
+  }
+  EXPECT_GT(none, 300);
+}
+
+TEST(SurfaceMapTracker, FindsNothingFarAwayOrWithoutANumber) {
+  Rng rng(16);
+  const PointSet points = strewn(rng, 50, 1.0);
+  const PlacedPoints placed{&points, SE2d()};
+  const auto map = SurfaceMap::make({&placed, 1});
+  ASSERT_TRUE(map);
+  SurfaceMap::Tracker tracker(*map, 4);
+  const float inf = std::numeric_limits<float>::infinity();
+  const std::vector<float> x{1e30F, NAN, -inf, 0.0F}, y{0.0F, 0.0F, 0.0F, 0.0F};
+  const auto index = tracker.nearest(x, y, 1.0F).index;
+  EXPECT_EQ(std::vector<std::int32_t>(index.begin(), index.begin() + 3),
+            std::vector<std::int32_t>(3, -1));
+  EXPECT_GE(index[3], 0);
+  EXPECT_EQ(tracker.nearest(x, y, NAN).index[3], -1);
+}
+
 TEST(SurfaceMap, NormalsArePerpendicularToLinesAndAbsentInClutter) {
   Rng rng(6);
   PointSet line, clutter;
@@ -134,6 +194,44 @@ TEST(NdtMap, HasMeanAndCovarianceOfEverySquare) {
     EXPECT_LT((cell->information * covariance - Eigen::Matrix2d::Identity()).norm(), 1e-6);
   }
   EXPECT_EQ(map->levels()[0].at({300, 0}, 0), nullptr);
+}
+
+/// By the definition, in double precision, far from the map's origin too.
+TEST(NdtMap, SumsAreThoseOfTheDistributionsAtThePoints) {
+  Rng rng(8);
+  for (const double away : {0.0, 900.0}) {
+    const PointSet points = strewn(rng, 3000, 4.0), seen = strewn(rng, 333, 5.0);
+    const PlacedPoints placed{&points, SE2d(away, -away, Angle::degrees(20))};
+    const auto map = NdtMap::make({&placed, 1}, {{0.7}, 5, 0.1});
+    ASSERT_TRUE(map);
+    const NdtMap::Level& level = map->levels()[0];
+    for (int i = 0; i < 20; ++i) {
+      const SE2d pose(away + rng.normal(0, 0.3), -away + rng.normal(0, 0.3),
+                      Angle::radians(rng.uniform(-3, 3)));
+      NdtMap::Sums want;
+      for (std::size_t k = 0; k < seen.size(); ++k) {
+        const Eigen::Vector2d rotated = pose.rotation() * Eigen::Vector2d(seen[k].cast<double>());
+        const Eigen::Vector2d p = rotated + pose.translation();
+        Eigen::Matrix<double, 2, 3> jacobian;
+        jacobian << 1, 0, -rotated.y(), 0, 1, rotated.x();
+        for (int t = 0; t < NdtMap::Level::kTilings; ++t) {
+          const NdtCell* cell = level.at(p, t);
+          if (cell == nullptr) continue;
+          const Eigen::Vector2d d = p - cell->mean;
+          const double e = std::exp(-0.5 * d.dot(cell->information * d));
+          want.likelihood += e;
+          want.pull += e * jacobian.transpose() * cell->information * d;
+          want.hessian += e * jacobian.transpose() * cell->information * jacobian;
+        }
+      }
+      const NdtMap::Sums got = level.sums(seen, pose);
+      // Single precision on some 1000 terms; points of the map are rounded to floats.
+      const double tolerance = away > 0 ? 2e-3 : 2e-5;
+      EXPECT_NEAR(got.likelihood, want.likelihood, tolerance * want.likelihood);
+      EXPECT_LT((got.pull - want.pull).norm(), tolerance * want.hessian.norm());
+      EXPECT_LT((got.hessian - want.hessian).norm(), tolerance * want.hessian.norm());
+    }
+  }
 }
 
 TEST(SurfaceAndNdtMaps, ReportInvalidInput) {

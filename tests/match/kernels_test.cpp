@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -163,6 +165,109 @@ TEST(Kernels, StampAndMaximaEqualTheirDefinition) {
         }
       variant.stamp(target.data(), stride, kernel.data(), width, rows);
       ASSERT_EQ(target, want);
+    }
+  });
+}
+
+std::vector<float> random_floats(Rng& rng, std::size_t n, double half) {
+  std::vector<float> values(n);
+  for (float& v : values) v = static_cast<float>(rng.uniform(-half, half));
+  return values;
+}
+
+/// ½ Σ ln(1 + r²/σ²) and its derivatives, in double precision.
+TEST(Kernels, LineSquaresAreThoseOfTheResiduals) {
+  for_each_variant([](const Kernels& variant, const Kernels& portable) {
+    Rng rng(27);
+    for (int round = 0; round < 50; ++round) {
+      const int n = 1 + static_cast<int>(rng.below(900));
+      const auto padded = static_cast<std::size_t>((n + 15) / 16 * 16);
+      std::vector<float> arrays[6];
+      for (auto& a : arrays) {
+        a = random_floats(rng, padded, 5.0);
+        std::fill(a.begin() + n, a.end(), 0.0F);
+      }
+      const auto& [px, py, qx, qy, nx, ny] = arrays;
+      const kernels::PointLines lines{px.data(), py.data(), qx.data(), qy.data(),
+                                      nx.data(), ny.data(), n};
+      const double heading = rng.uniform(-3, 3), information = std::exp(rng.uniform(-7, 7));
+      const kernels::CellTransform t{static_cast<float>(std::cos(heading)),
+                                     static_cast<float>(std::sin(heading)),
+                                     0.3F,
+                                     -0.7F,
+                                     0,
+                                     0,
+                                     0};
+      std::array<double, 10> got{}, same{}, want{};
+      variant.line_squares(lines, t, static_cast<float>(information), got.data());
+      portable.line_squares(lines, t, static_cast<float>(information), same.data());
+      ASSERT_EQ(got, same);
+      double size = 0;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+        const double c = std::cos(heading), s = std::sin(heading);
+        const auto at = [i](const std::vector<float>& a) { return static_cast<double>(a[i]); };
+        const double u = c * at(px) - s * at(py) + 0.3 - at(qx);
+        const double v = s * at(px) + c * at(py) - 0.7 - at(qy);
+        const double r = at(nx) * u + at(ny) * v, w = 1 / (1 + r * r * information);
+        const double g0 = c * at(nx) + s * at(ny), g1 = c * at(ny) - s * at(nx);
+        const double g[] = {g0, g1, at(px) * g1 - at(py) * g0};
+        want[0] += std::log1p(r * r * information);
+        std::size_t k = 4;
+        for (std::size_t a = 0; a < 3; ++a) {
+          want[1 + a] += w * r * g[a];
+          for (std::size_t b = a; b < 3; ++b) want[k++] += w * g[a] * g[b];
+        }
+        size += w * (g[0] * g[0] + g[1] * g[1] + g[2] * g[2] + std::abs(r * g[2]));
+      }
+      EXPECT_NEAR(got[0], want[0], 1e-5 * want[0]);
+      for (std::size_t k = 1; k < 10; ++k) EXPECT_NEAR(got[k], want[k], 3e-4 * size) << k;
+    }
+  });
+}
+
+TEST(Kernels, VariantsOfPointMapsAreBitIdentical) {
+  for_each_variant([](const Kernels& variant, const Kernels& portable) {
+    Rng rng(28);
+    for (int round = 0; round < 30; ++round) {
+      const int n = 1 + static_cast<int>(rng.below(400));
+      const auto padded = static_cast<std::size_t>((n + 15) / 16 * 16);
+      const auto x = random_floats(rng, padded, 3.0), y = random_floats(rng, padded, 3.0);
+
+      const auto packed = random_floats(rng, 8 * 20, 1.0);
+      std::vector<std::int32_t> places[4];
+      kernels::NdtTable table{{}, packed.data(), 9, 7};
+      for (std::size_t t = 0; t < 4; ++t) {
+        places[t].resize(11 * 9);
+        for (auto& p : places[t]) p = static_cast<std::int32_t>(rng.below(20));
+        table.places[t] = places[t].data();
+      }
+      const kernels::CellTransform transform{0.8F, 0.6F, 0.25F, 0.75F, 4e6F, 4, 3};
+      std::array<double, 10> a{}, b{};
+      variant.ndt_sums(x.data(), y.data(), n, transform, table, a.data());
+      portable.ndt_sums(x.data(), y.data(), n, transform, table, b.data());
+      ASSERT_EQ(std::memcmp(a.data(), b.data(), sizeof a), 0);
+
+      // A row of buckets.
+      const auto sx = random_floats(rng, 300 + 8, 3.0), sy = random_floats(rng, 300 + 8, 0.1);
+      const std::vector<std::uint32_t> first{0, 20, 80, 81, 190, 300};
+      const kernels::SurfaceTable surface{sx.data(), sy.data(), first.data(), -2, 0, 5, 1};
+      const auto track = [&](const Kernels& k) {
+        std::vector<float> known[5];
+        for (auto& v : known) v.assign(padded, 0.0F);
+        std::vector<std::int32_t> nearest(padded, -1), index(padded);
+        std::vector<float> squared(padded), moved = x;
+        for (int step = 0; step < 3; ++step) {
+          k.nearest(surface, moved.data(), y.data(), n, 0.5F,
+                    {known[0].data(), known[1].data(), nearest.data(), known[2].data(),
+                     known[3].data(), known[4].data()},
+                    index.data(), squared.data());
+          for (float& v : moved) v += 0.004F;
+        }
+        index.resize(static_cast<std::size_t>(n));
+        squared.resize(static_cast<std::size_t>(n));
+        return std::pair(index, squared);
+      };
+      ASSERT_EQ(track(variant), track(portable));
     }
   });
 }
