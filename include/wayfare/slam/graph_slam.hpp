@@ -62,7 +62,7 @@ struct GraphSlamOptions {
   int lost_scans_without_odometry = 2;  ///< the same without odometry
 
   // Loop closures.
-  int nodes_between_loops = 3;      ///< nodes between searches for loops
+  int nodes_between_loops = 5;      ///< nodes between searches for loops
   int loop_gap_nodes = 30;          ///< the latest nodes, which are no loop candidates
   double loop_gap_travel_m = 6.0;   ///< least travel between the nodes of a loop
   double loop_overlap_m = 2.0;      ///< greatest distance of two nodes with a common view

@@ -25,7 +25,7 @@ class FieldMatching {
     const auto last = [&](int count) {
       return nodes.chain(latest - count + 1, latest, options_.local_radius_m);
     };
-    search_map_.render(last(options_.local_nodes), options_.cell_m, options_.search_sigma_m);
+    search_map_.render(last(options_.local_nodes), 2.0 * options_.cell_m, options_.search_sigma_m);
     sharp_map_.render(last(options_.sharp_nodes), options_.cell_m, options_.sharp_sigma_m);
   }
 
@@ -65,15 +65,16 @@ class FieldMatching {
     return false;
   }
 
-  /// At all headings in a map of all nodes nearby.
+  /// At all headings in a map of all nodes nearby; the prior with a score of 0 if nothing reaches
+  /// the least score.
   [[nodiscard]] Result<Placement> search_around(const NodeMap& nodes, const PointSet& points,
-                                                const SE2d& prior) const {
-    return search_nearby(nodes, points, prior, options_);
+                                                const SE2d& prior, double min_score) const {
+    return search_nearby(nodes, points, prior, options_, min_score);
   }
 
   /// Between the cells.
   [[nodiscard]] Placement refine(const PointSet& points, const Placement& found) const {
-    return sharp_map_.refine(points, found.T_map_points);
+    return sharp_map_.refine(points, search_map_.refine(points, found.T_map_points).T_map_points);
   }
 
   /// The pose of the latest scan at a loop found in a field of the scans `around`; always agrees.
@@ -89,11 +90,13 @@ class FieldMatching {
 
   /// In a field of all nodes nearby, at all headings.
   [[nodiscard]] static Placement search_nearby(const NodeMap& nodes, const PointSet& points,
-                                               const SE2d& prior, const GraphSlamOptions& options) {
+                                               const SE2d& prior, const GraphSlamOptions& options,
+                                               double min_score = 0.0) {
     LocalMap around;
     around.render(nodes.around(prior, 4.0, 80, nodes.part_of(nodes.latest())), options.cell_m,
                   options.search_sigma_m);
-    return around.search(points, prior, {1.0, 1.0, 180_deg}, information_of({0.5, 0.5, 1.0}));
+    return around.search_far(points, prior, {1.0, 1.0, 180_deg}, min_score,
+                             information_of({0.5, 0.5, 1.0}));
   }
 
  private:

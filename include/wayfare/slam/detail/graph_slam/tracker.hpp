@@ -112,9 +112,10 @@ class Tracker {
     if (!wide) return wide.error();
     if (wide->score > best.score + 0.10) best = *wide;
     if (best.score >= options_.lost_score) return best;
-    const auto anywhere = matching_.search_around(nodes, points, prior);
+    const double needed = best.score + 0.30;
+    const auto anywhere = matching_.search_around(nodes, points, prior, needed);
     if (!anywhere) return anywhere.error();
-    if (anywhere->score > best.score + 0.30) best = *anywhere;
+    if (anywhere->score > needed) best = *anywhere;
     return best;
   }
 
