@@ -280,7 +280,6 @@ class GraphSlamEngine {
   Result<void> optimise_after_loops() {
     constexpr int kIterations = 5;
     constexpr double kMinGain = 1e-4;
-    if (!merges_nodes(options_, nodes_)) return optimise(kIterations, kMinGain, optimiser_);
     return optimise(kIterations, kMinGain, local_optimiser_.around(nodes_.latest()));
   }
 
