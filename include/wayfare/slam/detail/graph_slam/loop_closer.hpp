@@ -101,12 +101,9 @@ class LoopCloser {
     return result;
   }
 
-  /// Of the paths from the latest node. In a map of merged nodes it ends with those that may be
-  /// candidates, most of which are reached within few edges.
+  /// Of the paths from the latest node, as far as those that may be candidates.
   const PathUncertainty& uncertainty(const NodeMap& nodes) {
     const auto kernel = loop_kernel(options_.loop_kernel_sigmas);
-    if (!merges_nodes(options_, nodes))
-      return uncertainty_from(nodes.latest(), nodes.graph(), kernel, uncertainty_);
     wanted_.assign(static_cast<std::size_t>(nodes.size()), false);
     std::size_t left = 0;
     for (int k = 0; k < nodes.latest() - options_.loop_gap_nodes; ++k) {
