@@ -65,11 +65,10 @@ class FieldMatching {
     return false;
   }
 
-  /// At all headings in a map of all nodes nearby; the prior with a score of 0 if nothing reaches
-  /// the least score.
+  /// At all headings in a map of all nodes nearby.
   [[nodiscard]] Result<Placement> search_around(const NodeMap& nodes, const PointSet& points,
-                                                const SE2d& prior, double min_score) const {
-    return search_nearby(nodes, points, prior, options_, min_score);
+                                                const SE2d& prior) const {
+    return search_nearby(nodes, points, prior, options_);
   }
 
   /// Between the cells.
@@ -90,12 +89,11 @@ class FieldMatching {
 
   /// In a field of all nodes nearby, at all headings.
   [[nodiscard]] static Placement search_nearby(const NodeMap& nodes, const PointSet& points,
-                                               const SE2d& prior, const GraphSlamOptions& options,
-                                               double min_score = 0.0) {
+                                               const SE2d& prior, const GraphSlamOptions& options) {
     LocalMap around;
     around.render(nodes.around(prior, 4.0, 80, nodes.part_of(nodes.latest())), options.cell_m,
                   options.search_sigma_m);
-    return around.search_far(points, prior, {1.0, 1.0, 180_deg}, min_score,
+    return around.search_far(points, prior, {1.0, 1.0, 180_deg}, 0.0,
                              information_of({0.5, 0.5, 1.0}));
   }
 

@@ -53,7 +53,7 @@ class MatcherMatching {
   }
 
   [[nodiscard]] Result<Placement> search_around(const NodeMap& nodes, const PointSet& points,
-                                                const SE2d& prior, double /*min_score*/) {
+                                                const SE2d& prior) {
     const Placement found = FieldMatching::search_nearby(nodes, points, prior, options_);
     if (!(found.score > 0.0)) return Placement{prior};
     const Map map = matcher_.make_map(

@@ -112,10 +112,9 @@ class Tracker {
     if (!wide) return wide.error();
     if (wide->score > best.score + 0.10) best = *wide;
     if (best.score >= options_.lost_score) return best;
-    const double needed = best.score + 0.30;
-    const auto anywhere = matching_.search_around(nodes, points, prior, needed);
+    const auto anywhere = matching_.search_around(nodes, points, prior);
     if (!anywhere) return anywhere.error();
-    if (anywhere->score > needed) best = *anywhere;
+    if (anywhere->score > best.score + 0.30) best = *anywhere;
     return best;
   }
 
