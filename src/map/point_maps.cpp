@@ -1,6 +1,7 @@
 // Maps made of the points of scans: voxel filter, surfaces with normals, normal distributions.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -8,7 +9,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
@@ -105,6 +105,7 @@ Result<void> check(const PointSet& points, const NdtMapOptions& options) {
 
 /// The points of a square.
 struct Square {
+  Cell at;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double points = 0.0;
 };
@@ -114,16 +115,29 @@ Result<std::vector<Square>> squares_of(const PointSet& points, double side_m) {
   if (!(side_m > 0 && std::isfinite(side_m)))
     return Error{ErrorCode::invalid, "voxel_filter: the side must be positive"};
   std::vector<Square> squares;
-  std::unordered_map<std::int64_t, std::size_t> square_at;
+  squares.reserve(points.size());
+  // Open addressing with linear probing, at most half full: numbers of squares, from 1.
+  std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 1));
+  const auto entry_of = [&](const Cell& c) -> std::uint32_t& {
+    const std::uint64_t key =
+        std::uint64_t{static_cast<std::uint32_t>(c.y)} << 32 | static_cast<std::uint32_t>(c.x);
+    auto i = static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ULL) >> 32);
+    for (;; ++i) {
+      std::uint32_t& entry = table[i & (table.size() - 1)];
+      if (entry == 0 || squares[entry - 1].at == c) return entry;
+    }
+  };
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2d p = points[i].cast<double>();
     const Cell c = cell_of(p, side_m);
     if (!p.allFinite() || std::abs(c.x) >= kMaxCell || std::abs(c.y) >= kMaxCell)
       return Error{ErrorCode::invalid, "voxel_filter: a point is not finite, or too far"};
-    const std::int64_t key = std::int64_t{c.y} * (std::int64_t{1} << 32) + c.x;
-    const auto [entry, is_new] = square_at.try_emplace(key, squares.size());
-    if (is_new) squares.emplace_back();
-    Square& square = squares[entry->second];
+    std::uint32_t& entry = entry_of(c);
+    if (entry == 0) {
+      squares.push_back({c});
+      entry = static_cast<std::uint32_t>(squares.size());
+    }
+    Square& square = squares[entry - 1];
     square.sum += p;
     square.points += 1.0;
   }

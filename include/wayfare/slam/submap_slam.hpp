@@ -68,7 +68,7 @@ struct SubmapSlamOptions {
   int lost_scans_without_odometry = 2;
 
   // Loop closures.
-  int nodes_between_loops = 3;      ///< nodes between searches …
+  int nodes_between_loops = 5;      ///< nodes between searches …
   int loop_latency_scans = 8;       ///< … whose results are used this number of scans later
   double loop_gap_travel_m = 6.0;   ///< least travel since a submap that closes a loop
   double loop_overlap_m = 2.0;      ///< greatest distance from a submap's scans with a common view
