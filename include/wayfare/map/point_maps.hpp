@@ -96,12 +96,13 @@ class SurfaceMap::Tracker {
   /// For `n` points.
   Tracker(const SurfaceMap& map, std::size_t n);
 
-  /// Of each of the n points the index of the nearest point, or −1, and its squared distance, m².
-  /// Valid until the next call.
+  /// Of each of the n points.
   struct Nearest {
-    std::span<const std::int32_t> index;
-    std::span<const float> squared_m2;
+    std::span<const std::int32_t> index;  ///< among the map's points, −1 for none
+    std::span<const float> squared_m2;    ///< distances, m²
   };
+  /// The nearest points within `radius_m`, valid until the next call. Points farther than 10⁸ m
+  /// from the map's origin, or that are not numbers, have none.
   [[nodiscard]] Nearest nearest(std::span<const float> x_map, std::span<const float> y_map,
                                 float radius_m);
 

@@ -1,7 +1,7 @@
 // Part of kernels.cpp: nearest surface points, and sums over pairs of points and lines.
 
-/// Map coordinates whose buckets an int can name.
-constexpr float kFarthest_m = 1e8F;
+/// Map coordinates, and distances from them, whose buckets an int can name.
+constexpr float kFarthest_m = 1e8F, kLongest_m = 1.5e8F;
 
 // floor for |t| < 2³⁰.
 inline int whole_below(double t) {
@@ -72,7 +72,7 @@ inline void search_from(const SurfaceTable& table, float x, float y, float radiu
                         const Neighbours& known) {
   // A little farther than the nearest can be, so that the answer holds near the place too.
   constexpr float kMore_m = 0.02F;
-  float bound = radius;
+  float bound = radius < kLongest_m ? radius : kLongest_m;
   if (hint >= 0) {
     const float dx = table.x[hint] - x, dy = table.y[hint] - y;
     const float d = __builtin_sqrtf(dx * dx + dy * dy);

@@ -70,6 +70,9 @@ class GraphSlamEngine {
 
   Result<void> finish() {
     if (nodes_.size() < 2) return {};
+    ScanOutcome last;
+    close_loops(last, true);
+    statistics_.matcher_errors.add(last.matcher_errors);
     while (join(joiner_.search_all(nodes_))) {
     }
     if (auto done = optimise_all(); !done) return done;
@@ -256,8 +259,8 @@ class GraphSlamEngine {
            since_node_.inverse();
   }
 
-  void close_loops(ScanOutcome& outcome) {
-    const Loops loops = loop_closer_.search(nodes_);
+  void close_loops(ScanOutcome& outcome, bool is_last = false) {
+    const Loops loops = loop_closer_.search(nodes_, is_last);
     auto& edges = nodes_.graph().edges;
     edges.insert(edges.end(), loops.edges.begin(), loops.edges.end());
     statistics_.loop_closures += loops.edges.size();

@@ -24,10 +24,11 @@ class LoopCloser {
   LoopCloser(const GraphSlamOptions& options, const Matching& matching)
       : options_(options), matching_(matching) {}
 
-  /// Searches at intervals of `nodes_between_loops`; returns nothing otherwise. The edges lead from
-  /// older nodes to the latest.
-  [[nodiscard]] Loops search(const NodeMap& nodes) {
-    if (nodes.latest() - last_searched_ < options_.nodes_between_loops) return {};
+  /// Searches at intervals of `nodes_between_loops` and at the last node; returns nothing
+  /// otherwise. The edges lead from older nodes to the latest.
+  [[nodiscard]] Loops search(const NodeMap& nodes, bool is_last) {
+    const int since = nodes.latest() - last_searched_;
+    if (since < (is_last ? 1 : options_.nodes_between_loops)) return {};
     last_searched_ = nodes.latest();
     const std::vector<Candidate> tried = candidates(nodes);
     if (tried.empty()) return {};
