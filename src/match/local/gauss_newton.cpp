@@ -158,16 +158,37 @@ Result<RefineResult> refine(const LikelihoodField& grid, const PointSet& points,
                             const RefineOptions& options) {
   if (grid.empty()) return Error{ErrorCode::invalid, "refine: the map is empty"};
   if (auto ok = detail::check_input("refine", points, start, {}, {}); !ok) return ok.error();
+  const auto result = [&](const SE2d& pose, const Cost& points_only, int iterations) {
+    const double mean = -points_only.value / static_cast<double>(points.size());
+    return RefineResult{pose, mean, 1 - mean / grid.log_floor(), points_only.hessian, iterations};
+  };
+  const auto descend = [&](const auto& cost_at, const auto& points_only_at) {
+    Refinement refinement(start, cost_at, options);
+    const int iterations =
+        damped_least_squares(refinement, TenfoldDamping(1e-3, 1e-6, 1e4), options.max_iterations)
+            .iterations;
+    return result(refinement.pose(), points_only_at(refinement), iterations);
+  };
   const auto cost_at = [&](const SE2d& pose) {
     return negative_log_likelihood(grid, points, pose);
   };
-  Refinement refinement(start, cost_at, options);
-  const int iterations =
-      damped_least_squares(refinement, TenfoldDamping(1e-3, 1e-6, 1e4), options.max_iterations)
-          .iterations;
-  const double mean = -refinement.cost() / static_cast<double>(points.size());
-  return RefineResult{refinement.pose(), mean, 1 - mean / grid.log_floor(),
-                      refinement.here().hessian, iterations};
+  if (!options.prior) return descend(cost_at, [](const auto& r) { return r.here(); });
+
+  MatchOptions of_prior;
+  of_prior.prior_information = options.prior->information;
+  of_prior.independent_points = options.prior->independent_points;
+  const SearchWindow anywhere;
+  if (auto ok = detail::check_input("refine", points, options.prior->pose, anywhere, of_prior); !ok)
+    return ok.error();
+  const detail::Prior prior(options.prior->pose, anywhere, of_prior, points);
+  const auto with_prior = [&](const SE2d& pose) {
+    const Cost s = cost_at(pose);
+    Cost cost{prior.weight() * s.value, prior.weight() * s.negative_gradient,
+              prior.weight() * s.hessian};
+    prior.add(pose, cost);
+    return cost;
+  };
+  return descend(with_prior, [&](const auto& r) { return cost_at(r.pose()); });
 }
 
 Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPyramid& map,

@@ -105,8 +105,10 @@ class Prior {
   /// The match, or nothing outside the window or below the minimum score.
   [[nodiscard]] std::optional<MatchResult> match(const Solution& solution) const;
 
- private:
+  /// Its cost at a pose.
   void add(const SE2d& pose, Cost& cost) const;
+
+ private:
   [[nodiscard]] bool in_window(const SE2d& pose) const;
   /// The inverse of `information`, no wider than the window.
   [[nodiscard]] Eigen::Matrix3d covariance(const Eigen::Matrix3d& information) const;

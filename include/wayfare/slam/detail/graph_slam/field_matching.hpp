@@ -19,13 +19,16 @@ class FieldMatching {
  public:
   explicit FieldMatching(const GraphSlamOptions& options) : options_(options) {}
 
-  /// Makes the local maps of the latest nodes.
-  void render(const NodeMap& nodes) {
+  /// Makes the local maps of the latest nodes. With odometry cells of the blurred map may be wide:
+  /// its prior bounds the drift along corridors.
+  void render(const NodeMap& nodes, bool with_odometry) {
     const int latest = nodes.latest();
     const auto last = [&](int count) {
       return nodes.chain(latest - count + 1, latest, options_.local_radius_m);
     };
-    search_map_.render(last(options_.local_nodes), 2.0 * options_.cell_m, options_.search_sigma_m);
+    is_coarse_ = with_odometry;
+    search_map_.render(last(options_.local_nodes), (is_coarse_ ? 2.0 : 1.0) * options_.cell_m,
+                       options_.search_sigma_m);
     sharp_map_.render(last(options_.sharp_nodes), options_.cell_m, options_.sharp_sigma_m);
   }
 
@@ -73,7 +76,9 @@ class FieldMatching {
 
   /// Between the cells.
   [[nodiscard]] Placement refine(const PointSet& points, const Placement& found) const {
-    return sharp_map_.refine(points, search_map_.refine(points, found.T_map_points).T_map_points);
+    return sharp_map_.refine(points, is_coarse_
+                                         ? search_map_.between_cells(points, found.T_map_points)
+                                         : found.T_map_points);
   }
 
   /// The pose of the latest scan at a loop found in a field of the scans `around`; always agrees.
@@ -100,6 +105,7 @@ class FieldMatching {
  private:
   GraphSlamOptions options_;
   LocalMap search_map_, sharp_map_;
+  bool is_coarse_ = false;
 };
 
 }  // namespace wayfare::detail

@@ -49,6 +49,17 @@ class LocalMap {
     return placement(far_.match(*pyramid_, points, prior, window, options), prior);
   }
 
+  /// Between the cells about a pose that was found. Near it: in a corridor the rest of the map
+  /// would draw the pose along the walls.
+  [[nodiscard]] SE2d between_cells(const PointSet& points, const SE2d& found) const {
+    const double sigma_m = 0.5 * grid_.resolution_m();
+    constexpr double kSigma_rad = 0.01;
+    RefineOptions options;
+    options.prior = {found, information_of({sigma_m, sigma_m, kSigma_rad}), kIndependentPoints};
+    const auto fine = wayfare::refine(grid_, points, found, options);
+    return fine ? fine->T_map_points : found;
+  }
+
   /// Refinement between cells; only this estimates the spread.
   [[nodiscard]] Placement refine(const PointSet& points, const SE2d& start) const {
     const auto fine = wayfare::refine(grid_, points, start);

@@ -37,8 +37,10 @@ class Tracker {
                                     const Motion& motion, const Gap& gap) {
     if (points.size() < kFewestPoints) return Track{{prior}};
     if (!motion.measured && gap.is_break()) return Track{{prior}, true, false};
-    if (maps_are_old_) matching_.render(nodes);
+    if (maps_are_old_ || motion.measured != rendered_with_odometry_)
+      matching_.render(nodes, motion.measured);
     maps_are_old_ = false;
+    rendered_with_odometry_ = motion.measured;
     if (!motion.measured && gap.is_wide()) return place_far(nodes, points, prior, motion, gap);
     const Eigen::Matrix3d information = motion.covariance().inverse();
     const Eigen::Vector3d reach = (3.0 * motion.sigma).cwiseMin(0.5);
@@ -120,7 +122,7 @@ class Tracker {
 
   GraphSlamOptions options_;
   Matching matching_;
-  bool maps_are_old_ = true;
+  bool maps_are_old_ = true, rendered_with_odometry_ = false;
   /// Beyond these standard deviations a match needs the score of a wide loop. Errors of predictions
   /// are a third of them.
   static constexpr double kUnusual = 2.5;
