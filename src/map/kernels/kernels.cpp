@@ -151,8 +151,8 @@ uint32_t point_bounds(const float* __restrict x, const float* __restrict y, int 
 
 #include "map/kernels/tables.inl"
 
-#include "map/kernels/ndt.inl"
 #include "map/kernels/icp.inl"
+#include "map/kernels/ndt.inl"
 #include "map/kernels/raster.inl"
 
 }  // namespace
@@ -160,8 +160,9 @@ uint32_t point_bounds(const float* __restrict x, const float* __restrict y, int 
 extern const Kernels table;
 const Kernels table = {
     place,         index,        block_scores, pair_scores, point_bounds,     merge,
-    merged_bounds, merged_pairs, merged_rows,  linearise,   bilinear_squares, bicubic_squares, ndt_sums, nearest, line_squares,
-    stamp,         interleave,   sixteenths,   max_into,    min_max,          column_step,
-    column_back,   row_minimum,  cast,         field_sums, count_passes, add_passes, add_marks};
+    merged_bounds, merged_pairs, merged_rows,  linearise,   bilinear_squares, bicubic_squares,
+    ndt_sums,      nearest,      line_squares, stamp,       interleave,       sixteenths,
+    max_into,      min_max,      column_step,  column_back, row_minimum,      cast,
+    field_sums,    count_passes, add_passes,   add_marks};
 
 }  // namespace wayfare::kernels::WAYFARE_ISA
