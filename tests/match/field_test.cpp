@@ -243,6 +243,70 @@ TEST(Refine, EqualsDoublePrecision) {
   EXPECT_GE(same_information, 198);
 }
 
+/// The sum refined with a prior.
+double with_prior(const LikelihoodField& grid, const PointSet& points, const SE2d& pose,
+                  const RefinePrior& prior) {
+  const double n = static_cast<double>(points.size());
+  Eigen::Vector3d d;
+  d << prior.pose.rotation().inverse() *
+           Eigen::Vector2d(pose.translation() - prior.pose.translation()),
+      (prior.pose.rotation().inverse() * pose.rotation()).angle().radians();
+  return prior.independent_points / n * normal_equations(grid, points, pose).log_likelihood -
+         0.5 * d.dot(prior.information * d);
+}
+
+TEST(Refine, WithAPriorNoPoseNearbyIsBetter) {
+  Rng rng(14);
+  const PointSet room = rectangle(4, 3, 2000, rng, 0.005), seen = rectangle(4, 3, 360, rng, 0.005);
+  const PlacedPoints placed{&room, SE2d()};
+  const auto field = likelihood_field({&placed, 1});
+  for (int i = 0; i < 20; ++i) {
+    const SE2d start(rng.uniform(-0.05, 0.05), rng.uniform(-0.05, 0.05),
+                     Angle::radians(rng.uniform(-0.01, 0.01)));
+    RefineOptions options{200, 1e-6, 0.2};
+    const Eigen::Vector3d sigma(std::exp(rng.uniform(-6, -2)), std::exp(rng.uniform(-6, -2)), 0.01);
+    options.prior = {start, sigma.cwiseProduct(sigma).cwiseInverse().asDiagonal(), 8.0};
+    const auto found = refine(*field, seen, start, options);
+    ASSERT_TRUE(found);
+    const auto sum = [&](const SE2d& at) { return with_prior(*field, seen, at, *options.prior); };
+    const double best = sum(found->T_map_points);
+    EXPECT_GE(best, sum(start));
+    // The kinks of the field leave some 1e-3 nats a point: 8 points.
+    for (const double step : {-1.0, 1.0})
+      for (int axis = 0; axis < 3; ++axis) {
+        const Eigen::Vector3d off = Eigen::Vector3d::Unit(axis) * step * (axis < 2 ? 0.01 : 0.002);
+        EXPECT_GT(best, sum(found->T_map_points.plus(off)) - 8e-3) << i << ' ' << axis;
+      }
+  }
+}
+
+// Along the walls of a corridor only noise moves the pose, across them the map.
+TEST(Refine, WithAPriorStaysInTheOpenDirection) {
+  Rng rng(15);
+  const auto walls = [&](int n, double half_m) {
+    PointSet points;
+    for (int i = 0; i < n; ++i)
+      points.push_back(Eigen::Vector2d(rng.uniform(-half_m, half_m),
+                                       (i % 2 == 0 ? 1.0 : -1.0) + rng.normal(0, 0.005))
+                           .cast<float>());
+    return points;
+  };
+  const PointSet map = walls(3000, 12.0), seen = walls(300, 4.0);
+  const PlacedPoints placed{&map, SE2d()};
+  const auto field = likelihood_field({&placed, 1});
+  const SE2d start(0.3, 0.04, Angle::radians(0.005));
+  RefineOptions options;
+  options.prior = {start, Eigen::Vector3d(400.0, 400.0, 1e4).asDiagonal(), 8.0};  // 5 cm, 0.01 rad
+  const auto found = refine(*field, seen, start, options);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->T_map_points.x(), 0.3, 0.003);
+  // Eight points of 6 cm and the prior's 5 cm at 0.04 m: 0.04 · 400 / (400 + 8 / 0.06²), to a quarter
+  // of a cell.
+  EXPECT_NEAR(found->T_map_points.y(), 0.006, 0.0125);
+  options.prior->information(0, 0) = -1.0;
+  EXPECT_FALSE(refine(*field, seen, start, options));
+}
+
 TEST(Refine, RefusesAPointThatIsNotFinite) {
   Rng rng(5);
   const LikelihoodField grid = random_grid(rng, 30, 30, {0, 0});
