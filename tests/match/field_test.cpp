@@ -300,9 +300,8 @@ TEST(Refine, WithAPriorStaysInTheOpenDirection) {
   const auto found = refine(*field, seen, start, options);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->T_map_points.x(), 0.3, 0.003);
-  // Eight points of 6 cm and the prior's 5 cm at 0.04 m: 0.04 · 400 / (400 + 8 / 0.06²), to a quarter
-  // of a cell.
-  EXPECT_NEAR(found->T_map_points.y(), 0.006, 0.0125);
+  // Eight points of 10 cm and the prior's 5 cm at 0.04 m, to a quarter of a cell.
+  EXPECT_NEAR(found->T_map_points.y(), 0.04 * 400 / (400 + 8 / (0.1 * 0.1)), 0.0125);
   options.prior->information(0, 0) = -1.0;
   EXPECT_FALSE(refine(*field, seen, start, options));
 }
