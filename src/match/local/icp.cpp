@@ -25,42 +25,45 @@ class Pairs {
     for (std::vector<float>* axis : {&x_, &y_}) axis->resize(n);
     for (std::vector<float>* axis : {&px_, &py_, &qx_, &qy_, &nx_, &ny_})
       axis->resize((n + PointSet::kLanes - 1) / PointSet::kLanes * PointSet::kLanes);
-    squared_m2_.reserve(n);
+    squared_m2_.resize(n);
   }
 
   /// The pairs at a pose.
   void find(const SE2d& pose, double max_distance_m) {
     const std::span<const float> x = points_.x_m(), y = points_.y_m();
     origin_ = pose.translation();
+    const double c = pose.rotation().cos(), s = pose.rotation().sin();
     for (std::size_t i = 0; i < x.size(); ++i) {
-      const Eigen::Vector2d p =
-          pose * Eigen::Vector2d(static_cast<double>(x[i]), static_cast<double>(y[i]));
-      x_[i] = static_cast<float>(p.x());
-      y_[i] = static_cast<float>(p.y());
+      const double px = static_cast<double>(x[i]), py = static_cast<double>(y[i]);
+      x_[i] = static_cast<float>(c * px - s * py + origin_.x());
+      y_[i] = static_cast<float>(s * px + c * py + origin_.y());
     }
     const auto [nearest, squared_m2] = tracker_.nearest(x_, y_, static_cast<float>(max_distance_m));
-    squared_m2_.clear();
+    const std::span<const SurfacePoint> surface = map_.points();
     std::size_t n = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
       if (nearest[i] < 0) continue;
-      const SurfacePoint& s = map_.points()[static_cast<std::size_t>(nearest[i])];
-      if (s.normal.isZero(0)) continue;
+      const SurfacePoint& at = surface[static_cast<std::size_t>(nearest[i])];
       px_[n] = x[i];
       py_[n] = y[i];
-      qx_[n] = static_cast<float>(static_cast<double>(s.point.x()) - origin_.x());
-      qy_[n] = static_cast<float>(static_cast<double>(s.point.y()) - origin_.y());
-      nx_[n] = s.normal.x();
-      ny_[n] = s.normal.y();
-      ++n;
-      squared_m2_.push_back(squared_m2[i]);
+      qx_[n] = static_cast<float>(static_cast<double>(at.point.x()) - origin_.x());
+      qy_[n] = static_cast<float>(static_cast<double>(at.point.y()) - origin_.y());
+      nx_[n] = at.normal.x();
+      ny_[n] = at.normal.y();
+      squared_m2_[n] = squared_m2[i];
+      n += at.normal.x() != 0.0F || at.normal.y() != 0.0F ? 1U : 0U;  // else overwritten
     }
+    size_ = n;
     for (std::vector<float>* axis : {&px_, &py_, &qx_, &qy_, &nx_, &ny_})
       std::fill(axis->begin() + static_cast<std::ptrdiff_t>(n), axis->end(), 0.0F);
   }
 
-  [[nodiscard]] std::size_t size() const { return squared_m2_.size(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
   /// Of the distances from the nearest points.
-  [[nodiscard]] double median_m() { return static_cast<double>(upper_median_of(squared_m2_)); }
+  [[nodiscard]] double median_m() {
+    const auto squared = upper_median_of(std::span(squared_m2_).first(size_));
+    return std::sqrt(static_cast<double>(squared));
+  }
 
   /// Cauchy kernel: ½ Σ ln(1 + r²/σ²), with the weights 1/(1 + r²/σ²) in the Hessian.
   [[nodiscard]] Cost cost(const SE2d& pose, double sigma_m, double weight) const {
@@ -110,6 +113,7 @@ class Pairs {
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();  // of qx_, qy_
   std::vector<float> x_, y_;                          // all points in the map
   SurfaceMap::Tracker tracker_;
+  std::size_t size_ = 0;  // of the pairs
   std::vector<float> px_, py_, qx_, qy_, nx_, ny_, squared_m2_;
 };
 
