@@ -58,7 +58,7 @@ class CorrelativeMatcher {
 
  private:
   std::vector<std::int32_t> u_, v_, index_;
-  std::vector<double> surface_;
+  std::vector<std::uint32_t> sums_;  // of every candidate
 };
 
 static_assert(ScanMatcher<CorrelativeMatcher>);

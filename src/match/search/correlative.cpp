@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -185,17 +186,21 @@ void sweep(const CandidateSpace& s, const LikelihoodField& grid, const PointSet&
 
 /// First and second moment of p ∝ exp(objective) over the window (Olson 2009, (12)), plus the
 /// variance within a cell and a heading step.
-Eigen::Matrix3d covariance_of(const CandidateSpace& s, const std::vector<double>& surface,
+Eigen::Matrix3d covariance_of(const CandidateSpace& s, const std::vector<std::uint32_t>& sums,
                               const Best& best) {
+  constexpr double kNegligible = -40.0;
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   double total = 0;
-  const double* value = surface.data();
+  // The log prior is never positive: smaller sums are negligible.
+  const double least = std::max(0.0, (best.objective + kNegligible) / s.weight - 1.0);
+  const std::uint32_t* sum = sums.data();
   for (int k = -s.half_k; k <= s.half_k; ++k)
     for (int y = -s.half_y; y <= s.half_y; ++y)
-      for (int x = -s.half_x; x <= s.half_x; ++x) {
-        const double log_p = *value++ - best.objective;
-        if (log_p < -40) continue;
+      for (int x = -s.half_x; x <= s.half_x; ++x, ++sum) {
+        if (static_cast<double>(*sum) < least) continue;
+        const double log_p = s.objective(*sum, {{x, y}, k}) - best.objective;
+        if (log_p < kNegligible) continue;
         const double p = std::exp(log_p);
         const Eigen::Vector3d d =
             s.delta({Cell{x, y} - best.candidate.offset, k - best.candidate.heading_step});
@@ -223,13 +228,12 @@ Result<std::optional<MatchResult>> CorrelativeMatcher::match(const LikelihoodFie
                                   options.covariance ? kMaxSurface : kMaxCandidates);
   if (!space) return space.error();
   const CandidateSpace& s = *space;
-  if (options.covariance) surface_.resize(static_cast<std::size_t>(s.count()));
+  if (options.covariance) sums_.resize(static_cast<std::size_t>(s.count()));
   Best best;
   std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);
   sweep(s, grid, points, u_, v_, index_, [&](Candidate c, int columns, const std::uint32_t* sums) {
-    double* out = options.covariance ? surface_.data() + s.index(c) : nullptr;
+    if (options.covariance) std::copy_n(sums, columns, sums_.data() + s.index(c));
     for (int i = 0; i < columns; ++i, ++c.offset.x) {
-      if (out != nullptr) out[i] = s.objective(sums[i], c);
       // The log prior is never positive: a smaller sum cannot win.
       if (sums[i] < least) continue;
       best.offer(s.objective(sums[i], c), sums[i], c);
@@ -239,7 +243,7 @@ Result<std::optional<MatchResult>> CorrelativeMatcher::match(const LikelihoodFie
   if (!best.found) return std::optional<MatchResult>();
   MatchResult result = detail::result_of(s, grid, best);
   if (options.covariance) {
-    result.covariance = covariance_of(s, surface_, best);
+    result.covariance = covariance_of(s, sums_, best);
     result.constraint = detail::constraint_at(grid, points, result.T_map_points);
   }
   return std::optional<MatchResult>(result);
