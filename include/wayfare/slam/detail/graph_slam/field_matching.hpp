@@ -19,14 +19,14 @@ class FieldMatching {
  public:
   explicit FieldMatching(const GraphSlamOptions& options) : options_(options) {}
 
-  /// Makes the local maps of the latest nodes. With odometry cells of the blurred map may be wide:
-  /// its prior bounds the drift along corridors.
-  void render(const NodeMap& nodes, bool with_odometry) {
+  /// Makes the local maps of the latest nodes. Where predictions are close, cells of the blurred
+  /// map may be wide; else the pose would drift along corridors.
+  void render(const NodeMap& nodes, bool is_close) {
     const int latest = nodes.latest();
     const auto last = [&](int count) {
       return nodes.chain(latest - count + 1, latest, options_.local_radius_m);
     };
-    is_coarse_ = with_odometry;
+    is_coarse_ = is_close;
     search_map_.render(last(options_.local_nodes), (is_coarse_ ? 2.0 : 1.0) * options_.cell_m,
                        options_.search_sigma_m);
     sharp_map_.render(last(options_.sharp_nodes), options_.cell_m, options_.sharp_sigma_m);

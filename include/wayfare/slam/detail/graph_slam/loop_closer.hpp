@@ -24,11 +24,15 @@ class LoopCloser {
   LoopCloser(const GraphSlamOptions& options, const Matching& matching)
       : options_(options), matching_(matching) {}
 
-  /// Searches at intervals of `nodes_between_loops` and at the last node; returns nothing
-  /// otherwise. The edges lead from older nodes to the latest.
+  /// Searches at intervals of `nodes_between_loops`, or of their travel where nodes are farther
+  /// apart, and at the last node; returns nothing otherwise. The edges lead from older nodes to the
+  /// latest.
   [[nodiscard]] Loops search(const NodeMap& nodes, bool is_last) {
     const int since = nodes.latest() - last_searched_;
-    if (since < (is_last ? 1 : options_.nodes_between_loops)) return {};
+    if (since < 1) return {};
+    const double travel_m = nodes.travel_m(nodes.latest()) - nodes.travel_m(last_searched_);
+    const bool is_near = travel_m < 2.0 * options_.nodes_between_loops * options_.node_distance_m;
+    if (!is_last && since < options_.nodes_between_loops && is_near) return {};
     last_searched_ = nodes.latest();
     const std::vector<Candidate> tried = candidates(nodes);
     if (tried.empty()) return {};

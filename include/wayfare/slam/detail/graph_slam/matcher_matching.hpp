@@ -28,7 +28,7 @@ class MatcherMatching {
   MatcherMatching(const GraphSlamOptions& options, const M& matcher)
       : options_(options), matcher_(matcher) {}
 
-  void render(const NodeMap& nodes, bool /*with_odometry*/) {
+  void render(const NodeMap& nodes, bool /*is_close*/) {
     const int latest = nodes.latest();
     map_ = matcher_.make_map(
         nodes.chain(latest - options_.local_nodes + 1, latest, options_.local_radius_m));

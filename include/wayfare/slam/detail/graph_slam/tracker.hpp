@@ -37,10 +37,10 @@ class Tracker {
                                     const Motion& motion, const Gap& gap) {
     if (points.size() < kFewestPoints) return Track{{prior}};
     if (!motion.measured && gap.is_break()) return Track{{prior}, true, false};
-    if (maps_are_old_ || motion.measured != rendered_with_odometry_)
-      matching_.render(nodes, motion.measured);
+    const bool is_close = motion.measured && motion.sigma.head<2>().maxCoeff() < kClose_m;
+    if (maps_are_old_ || is_close != rendered_close_) matching_.render(nodes, is_close);
     maps_are_old_ = false;
-    rendered_with_odometry_ = motion.measured;
+    rendered_close_ = is_close;
     if (!motion.measured && gap.is_wide()) return place_far(nodes, points, prior, motion, gap);
     const Eigen::Matrix3d information = motion.covariance().inverse();
     const Eigen::Vector3d reach = (3.0 * motion.sigma).cwiseMin(0.5);
@@ -122,7 +122,9 @@ class Tracker {
 
   GraphSlamOptions options_;
   Matching matching_;
-  bool maps_are_old_ = true, rendered_with_odometry_ = false;
+  bool maps_are_old_ = true, rendered_close_ = false;
+  /// Standard deviation of a prediction up to which wide cells of the blurred map do no harm.
+  static constexpr double kClose_m = 0.06;
   /// Beyond these standard deviations a match needs the score of a wide loop. Errors of predictions
   /// are a third of them.
   static constexpr double kUnusual = 2.5;
