@@ -23,6 +23,7 @@
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/detail/call_guard.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/motion/odometry_model.hpp>
@@ -95,15 +96,18 @@ class BasicLocaliser {
       return Error{ErrorCode::invalid,
                    "start_at: the pose is not finite or its covariance not positive semi-definite"};
     start_anywhere();
-    filter_ = new_filter();
-    filter_->start_at(T_map_base);
-    pose_given_ = true;
-    return {};
+    return guard_.run([&]() -> Result<void> {
+      filter_ = new_filter();
+      filter_->start_at(T_map_base);
+      pose_given_ = true;
+      return {};
+    });
   }
 
   /// Global localisation: the next scan is searched for in the whole map. This is also the initial
   /// state.
   void start_anywhere() {
+    guard_.reset();
     filter_.reset();
     relocalisation_.reset();
     histories_ = {};
@@ -117,8 +121,10 @@ class BasicLocaliser {
   Result<void> add_motion(LogTime time, const std::optional<OdometryPose>& odometry) {
     if (motion_.time() && time <= *motion_.time())
       return Error{ErrorCode::invalid, "a motion not later than the last"};
-    move_to(time, odometry);
-    return {};
+    return guard_.run([&]() -> Result<void> {
+      move_to(time, odometry);
+      return {};
+    });
   }
 
   /// Processes the next scan with the odometry at its time, if any. Returns an Error and changes
@@ -128,7 +134,9 @@ class BasicLocaliser {
                            const std::optional<OdometryPose>& odometry) {
     if (motion_.time() && time < *motion_.time())
       return Error{ErrorCode::invalid, "a scan earlier than the last"};
-    return add(time, detail::prepare_scan<Map>(likelihood_, scan, options_), odometry);
+    return guard_.run([&]() -> Result<Outcome> {
+      return add(time, detail::prepare_scan<Map>(likelihood_, scan, options_), odometry);
+    });
   }
 
   /// Empty before the first scan that is used.
@@ -301,6 +309,7 @@ class BasicLocaliser {
 
   std::shared_ptr<const Map> map_;
   Likelihood likelihood_;
+  detail::CallGuard guard_;
   Odometry odometry_;
   MonteCarloOptions options_;
   Rng rng_;

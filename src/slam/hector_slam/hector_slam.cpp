@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 
+#include <wayfare/core/detail/call_guard.hpp>
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/pose_history.hpp>
 #include <wayfare/slam/detail/motion.hpp>
@@ -37,6 +38,9 @@ class HectorSlamSystem::Engine {
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
+    return guard_.run([&] { return add(scan, odometry); });
+  }
+  Result<ScanOutcome> add(const LaserScan& scan, const std::optional<SE2d>& odometry) {
     if (auto ok = detail::check_scan(scan, odometry, trajectory_); !ok) return ok.error();
     has_imu_ = carrier_.covers(scan.end_time());
     const LogTime time = has_imu_ ? scan.end_time() : scan.time;
@@ -293,6 +297,7 @@ class HectorSlamSystem::Engine {
   }
 
   HectorSlamOptions options_;
+  detail::CallGuard guard_;
   MultiResolutionGrid map_;
   std::unique_ptr<detail::GrowingMap> matched_;
   CarrierFilter carrier_;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <utility>
 
+#include <wayfare/core/detail/call_guard.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/sensors/pose_history.hpp>
 #include <wayfare/slam/detail/scans.hpp>
@@ -85,6 +86,9 @@ class PedestrianSlam::Engine {
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan) {
+    return guard_.run([&] { return add(scan); });
+  }
+  Result<ScanOutcome> add(const LaserScan& scan) {
     if (auto ok = detail::check_scan(scan, {}, dead_reckoning_); !ok) return ok.error();
     const SE2d walker = walker_;
     const MotionHint hint = hint_at(scan.time);
@@ -243,6 +247,7 @@ class PedestrianSlam::Engine {
     return {OdomPose(walker_), turn};
   }
 
+  detail::CallGuard guard_;
   PedestrianSlamOptions options_;
   Pedestrian pedestrian_;
   WalkFeedback feedback_;

@@ -44,7 +44,7 @@ RadarSlam::Engine::Engine(const detail::MakeParticleMatcher& make, const RadarSl
   statistics_.pieces = 1;
 }
 
-Result<void> RadarSlam::Engine::move(const BiasedMotion& increment) {
+Result<void> RadarSlam::Engine::add_motion(const BiasedMotion& increment) {
   if (auto ok = current().filter.move(increment); !ok) return ok;
   if (last_scan_) moved_ = compose(moved_, increment);
   return {};
@@ -58,25 +58,25 @@ Result<void> RadarSlam::Engine::in_time(LogTime time, Sensor sensor) const {
   return {};
 }
 
-Result<RbpfOutcome> RadarSlam::Engine::add_lidar(const LaserScan& scan) {
+Result<RbpfOutcome> RadarSlam::Engine::process(const LaserScan& scan) {
   if (auto ok = detail::check_beams(scan); !ok) return ok.error();
   if (auto ok = in_time(scan.time, kLidar); !ok) return ok.error();
-  return process({scan.time, kLidar,
-                  thin(end_points(scan, options_.T_base_laser.raw()),
-                       static_cast<float>(options_.lidar.point_spacing_m),
-                       static_cast<float>(options_.lidar.max_range_m)),
-                  scan, moved_});
+  return process(Input{scan.time, kLidar,
+                       thin(end_points(scan, options_.T_base_laser.raw()),
+                            static_cast<float>(options_.lidar.point_spacing_m),
+                            static_cast<float>(options_.lidar.max_range_m)),
+                       scan, moved_});
 }
 
-Result<RbpfOutcome> RadarSlam::Engine::add_radar(LogTime time, const PointSet& points) {
+Result<RbpfOutcome> RadarSlam::Engine::process(LogTime time, const PointSet& points) {
   if (auto ok = in_time(time, kRadar); !ok) return ok.error();
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!points[i].allFinite())
       return Error{ErrorCode::invalid, "a detection of the scan is not finite"};
-  return process({time, kRadar,
-                  thin(points, static_cast<float>(options_.radar.point_spacing_m),
-                       static_cast<float>(options_.radar.max_range_m)),
-                  std::nullopt, moved_});
+  return process(Input{time, kRadar,
+                       thin(points, static_cast<float>(options_.radar.point_spacing_m),
+                            static_cast<float>(options_.radar.max_range_m)),
+                       std::nullopt, moved_});
 }
 
 Result<RbpfOutcome> RadarSlam::Engine::process(const Input& input) {
@@ -157,7 +157,7 @@ void RadarSlam::Engine::place_nodes() {
   joiner_.nodes_changed();
 }
 
-void RadarSlam::Engine::join_all() {
+void RadarSlam::Engine::search_all_joins() {
   if (parts_.size() < 2 || begins_piece_) return;
   place_nodes();
   while (join(joiner_.search_all(nodes_))) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include <wayfare/core/detail/call_guard.hpp>
 #include <wayfare/slam/detail/graph_slam/field_matching.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
 #include <wayfare/slam/detail/graph_slam/piece_joiner.hpp>
@@ -22,11 +23,22 @@ class RadarSlam::Engine {
  public:
   Engine(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options);
 
-  Result<void> move(const BiasedMotion& increment);
-  Result<RbpfOutcome> add_lidar(const LaserScan& scan);
-  Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points);
+  Result<void> move(const BiasedMotion& increment) {
+    return guard_.run([&] { return add_motion(increment); });
+  }
+  Result<RbpfOutcome> add_lidar(const LaserScan& scan) {
+    return guard_.run([&] { return process(scan); });
+  }
+  Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points) {
+    return guard_.run([&] { return process(time, points); });
+  }
   /// Searches for joins from all parts.
-  void join_all();
+  void join_all() {
+    (void)guard_.run([&]() -> Result<void> {
+      search_all_joins();
+      return {};
+    });
+  }
 
   [[nodiscard]] const ScanFilter& filter() const { return parts_.at(current_).filter; }
   [[nodiscard]] Trajectory trajectory() const;
@@ -54,7 +66,11 @@ class RadarSlam::Engine {
   };
 
   [[nodiscard]] Result<void> in_time(LogTime time, Sensor sensor) const;
+  Result<void> add_motion(const BiasedMotion& increment);
+  Result<RbpfOutcome> process(const LaserScan& scan);
+  Result<RbpfOutcome> process(LogTime time, const PointSet& points);
   Result<RbpfOutcome> process(const Input& input);
+  void search_all_joins();
   [[nodiscard]] bool is_lost(LogTime time);
   void begin_part();
   [[nodiscard]] Part& current() { return parts_.at(current_); }
@@ -65,6 +81,7 @@ class RadarSlam::Engine {
   void count();
   [[nodiscard]] bool is_small(int part) const;
 
+  detail::CallGuard guard_;
   detail::MakeParticleMatcher make_;
   RadarSlamOptions options_;
   std::map<int, Part> parts_;                   // by their number in `nodes_`

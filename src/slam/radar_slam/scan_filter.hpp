@@ -268,9 +268,11 @@ class ScanFilter {
     RbpfMaps blank = blank_;
     blank.gyro_bias = best.map.gyro_bias;
     const RbpfMaps maps = smoother_.maps(*smoothed, blank);
-    earlier_.assign(smoothed->begin(), smoothed->end() - 1);
-    filter_.emplace(options_.particles, smoothed->back(), maps,
-                    options_.seed + ++statistics_.loops_closed);
+    Trajectory earlier(smoothed->begin(), smoothed->end() - 1);
+    filter_ = Rbpf<RbpfMaps>(options_.particles, smoothed->back(), maps,
+                             options_.seed + statistics_.loops_closed + 1);
+    earlier_ = std::move(earlier);
+    ++statistics_.loops_closed;
   }
 
   /// One pose per update, after the start.
@@ -284,7 +286,7 @@ class ScanFilter {
   /// Along the predicted motion, corrected linearly in time to end at the next update.
   [[nodiscard]] MapPose pose_of(const Trajectory& path, const PlacedScan& s) const {
     const SE2d start = path[s.update].T_map_base.raw();
-    if (s.matched || s.update + 1 >= path.size()) return MapPose(start * s.since);
+    if (s.matched || s.update >= increments_.size()) return MapPose(start * s.since);
     const SE2d end = path[s.update + 1].T_map_base.raw();
     const double whole = to_seconds(path[s.update + 1].time - path[s.update].time);
     const double part = whole > 0 ? to_seconds(s.time - path[s.update].time) / whole : 0.0;

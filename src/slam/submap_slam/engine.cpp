@@ -33,8 +33,7 @@ SubmapSlamSystem::Engine::Engine(const SubmapSlamOptions& options, detail::Subma
       pieces_(options_),
       uncertainty_(options_) {}
 
-Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
-                                                       const MotionHint& hint) {
+Result<ScanOutcome> SubmapSlamSystem::Engine::add(const LaserScan& scan, const MotionHint& hint) {
   const auto odometry = detail::raw(hint.odometry);
   if (auto ok = detail::check_scan(scan, odometry, scans_); !ok) return ok.error();
   if (hint.turn && !std::isfinite(hint.turn->radians()))
@@ -315,7 +314,7 @@ Result<void> SubmapSlamSystem::Engine::optimise(int iterations, double min_gain)
                            iterations, min_gain, statistics_.optimisations);
 }
 
-Result<void> SubmapSlamSystem::Engine::finish() {
+Result<void> SubmapSlamSystem::Engine::finish_all() {
   ScanOutcome of_none;
   if (join_at_) join_loops(of_none);
   // Search once more, for loops closed by the very last nodes.

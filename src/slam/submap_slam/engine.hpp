@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/core/detail/call_guard.hpp>
 #include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/submap_slam.hpp>
@@ -22,8 +23,12 @@ class SubmapSlamSystem::Engine {
  public:
   Engine(const SubmapSlamOptions& options, detail::SubmapMaps maps);
 
-  Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint);
-  Result<void> finish();
+  Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint) {
+    return guard_.run([&] { return add(scan, hint); });
+  }
+  Result<void> finish() {
+    return guard_.run([&] { return finish_all(); });
+  }
   [[nodiscard]] Trajectory trajectory() const;
   [[nodiscard]] const PoseGraph2& graph() const { return map_.graph; }
   [[nodiscard]] const SubmapSlamStatistics& statistics() const { return statistics_; }
@@ -44,6 +49,9 @@ class SubmapSlamSystem::Engine {
   Result<void> restore(std::span<const std::uint8_t> bytes);
 
  private:
+  Result<ScanOutcome> add(const LaserScan& scan, const MotionHint& hint);
+  Result<void> finish_all();
+
   /// A scan with its motion.
   struct Placed {
     SE2d T_local_base;
@@ -89,6 +97,7 @@ class SubmapSlamSystem::Engine {
   friend struct SubmapState;
 
   SubmapSlamOptions options_;
+  detail::CallGuard guard_;
   std::string matcher_;  // its name
   MotionModel motion_model_;
   LocalTracker tracker_;

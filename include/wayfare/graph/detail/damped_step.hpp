@@ -119,8 +119,9 @@ class DampedStep {
   Solver solver_;
   PhaseTimes times_;
   FactorOutcome outcome_;
-  bool undamped_ = false;    // that made it
-  bool is_solution_ = true;  // what the solver made of it
+  bool is_analysed_ = false;  // an exception may have prevented it
+  bool undamped_ = false;     // that made it
+  bool is_solution_ = true;   // what the solver made of it
   double model_gain_ = 0.0;
   typename Graph::Values saved_;
   Eigen::VectorXd step_, diagonal_;
@@ -130,8 +131,10 @@ template <class Graph, LinearSolver S>
 bool DampedStep<Graph, S>::prepare(const Graph& graph) {
   const PhaseTimer timer(times_.analyse_s);
   forget_outcome();
-  const bool changed = equations_.set_structure(graph);
+  const bool changed = equations_.set_structure(graph) || !is_analysed_;
+  is_analysed_ = false;
   if (changed && !equations_.free().empty()) solver_.analyse(equations_.hessian());
+  is_analysed_ = true;
   return !changed;
 }
 

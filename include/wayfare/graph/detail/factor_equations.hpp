@@ -80,6 +80,7 @@ class FactorEquations {
   std::vector<int> ends_;   // the structure's own copy: the variables of each edge, then −1
   std::vector<int> fixed_;  // and the fixed ones
   VariableColumns columns_;
+  bool is_complete_ = false;  // an exception while the structure was made leaves a part of it
   std::vector<int> slots_;  // blocks of H of every pair i ≤ j of an edge's variables, −1: fixed
   std::vector<double> weights_;
   Matrix hessian_;
@@ -100,7 +101,9 @@ bool FactorEquations<Graph>::set_structure(const Graph& graph) {
     ends.insert(ends.end(), variables.begin(), variables.end());
     ends.push_back(-1);
   });
-  if (columns_.size() == graph.size() && ends == ends_ && fixed_ == graph.fixed()) return false;
+  if (is_complete_ && columns_.size() == graph.size() && ends == ends_ && fixed_ == graph.fixed())
+    return false;
+  is_complete_ = false;
   ends_ = std::move(ends);
   fixed_ = graph.fixed();
   columns_.number(graph.size(), fixed_);
@@ -121,6 +124,7 @@ bool FactorEquations<Graph>::set_structure(const Graph& graph) {
   each_pair([&](int a, int b) {
     slots_.push_back(a < 0 || b < 0 ? -1 : hessian_.find(std::min(a, b), std::max(a, b)));
   });
+  is_complete_ = true;
   return true;
 }
 

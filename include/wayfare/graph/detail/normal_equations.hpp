@@ -83,6 +83,7 @@ class NormalEquations {
   std::vector<int> fixed_;
   std::vector<std::pair<int, int>> ends_;
   VariableColumns columns_;
+  bool is_complete_ = false;  // an exception while the structure was made leaves a part of it
   std::vector<Slot> slots_;
   std::vector<double> weights_, squared_errors_;
   Matrix hessian_;
@@ -91,7 +92,8 @@ class NormalEquations {
 
 template <LieGroup G>
 bool NormalEquations<G>::set_structure(const PoseGraph<G>& graph) {
-  if (same_structure(graph)) return false;
+  if (is_complete_ && same_structure(graph)) return false;
+  is_complete_ = false;
   fixed_ = graph.fixed;
   columns_.number(graph.size(), graph.held());
   std::vector<std::pair<int, int>> pairs;
@@ -106,6 +108,7 @@ bool NormalEquations<G>::set_structure(const PoseGraph<G>& graph) {
   hessian_ = Matrix(static_cast<int>(free().size()), pairs);
   gradient_.setZero(static_cast<Eigen::Index>(free().size()) * kDof);
   find_addresses();
+  is_complete_ = true;
   return true;
 }
 

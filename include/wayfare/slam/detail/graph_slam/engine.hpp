@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include <wayfare/core/detail/call_guard.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
@@ -47,41 +48,11 @@ class GraphSlamEngine {
         merger_(options_),
         loss_(options_) {}
 
-  Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<OdomPose>& odom_pose) {
-    const std::optional<SE2d> odometry = raw(odom_pose);
-    if (auto ok = check_scan(scan, odometry, scans_); !ok) return ok.error();
-    const PointSet points = points_of(scan);
-    Result<ScanOutcome> placed = nodes_.size() == 0 ? begin(points, scan.time, odometry)
-                                                    : track_scan(points, scan.time, odometry);
-    if (!placed) return placed;
-    ScanOutcome& outcome = *placed;
-    motion_model_.update(scan.time, pose_, odometry);
-    if (outcome.became_node) {
-      close_loops(outcome);
-      while (join(joiner_.search_latest(nodes_))) {
-      }
-    }
-    outcome.T_map_base = MapPose(pose_);
-    scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
-    merge_nodes();
-    count(outcome);
-    return placed;
+  Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<OdomPose>& odometry) {
+    return guard_.run([&] { return add(scan, raw(odometry)); });
   }
-
   Result<void> finish() {
-    if (nodes_.size() < 2) return {};
-    ScanOutcome last;
-    close_loops(last, true);
-    statistics_.matcher_errors.add(last.matcher_errors);
-    while (join(joiner_.search_all(nodes_))) {
-    }
-    if (auto done = optimise_all(); !done) return done;
-    joiner_.place_small_parts(nodes_);
-    nodes_have_moved(latest_node() * scans_.back().T_node_base);
-    joiner_.count(nodes_, statistics_);
-    statistics_.scans_apart = static_cast<std::size_t>(
-        std::ranges::count_if(scans_, [&](const ScanPose& s) { return is_in_small_part(s.node); }));
-    return {};
+    return guard_.run([&] { return finish_all(); });
   }
 
   [[nodiscard]] Trajectory trajectory() const {
@@ -122,6 +93,42 @@ class GraphSlamEngine {
   }
 
  private:
+  Result<ScanOutcome> add(const LaserScan& scan, const std::optional<SE2d>& odometry) {
+    if (auto ok = check_scan(scan, odometry, scans_); !ok) return ok.error();
+    const PointSet points = points_of(scan);
+    Result<ScanOutcome> placed = nodes_.size() == 0 ? begin(points, scan.time, odometry)
+                                                    : track_scan(points, scan.time, odometry);
+    if (!placed) return placed;
+    ScanOutcome& outcome = *placed;
+    motion_model_.update(scan.time, pose_, odometry);
+    if (outcome.became_node) {
+      close_loops(outcome);
+      while (join(joiner_.search_latest(nodes_))) {
+      }
+    }
+    outcome.T_map_base = MapPose(pose_);
+    scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
+    merge_nodes();
+    count(outcome);
+    return placed;
+  }
+
+  Result<void> finish_all() {
+    if (nodes_.size() < 2) return {};
+    ScanOutcome last;
+    close_loops(last, true);
+    statistics_.matcher_errors.add(last.matcher_errors);
+    while (join(joiner_.search_all(nodes_))) {
+    }
+    if (auto done = optimise_all(); !done) return done;
+    joiner_.place_small_parts(nodes_);
+    nodes_have_moved(latest_node() * scans_.back().T_node_base);
+    joiner_.count(nodes_, statistics_);
+    statistics_.scans_apart = static_cast<std::size_t>(
+        std::ranges::count_if(scans_, [&](const ScanPose& s) { return is_in_small_part(s.node); }));
+    return {};
+  }
+
   GraphSlamState state() {
     return {nodes_,         motion_model_,         loss_,       scans_,
             pose_,          since_node_,           statistics_, loop_closer_.last_searched(),
@@ -310,6 +317,7 @@ class GraphSlamEngine {
   [[nodiscard]] const SE2d& latest_node() const { return nodes_.pose(nodes_.latest()); }
 
   GraphSlamOptions options_;
+  CallGuard guard_;
   MotionModel motion_model_;
   Tracker<Matching> tracker_;
   LoopCloser<Matching> loop_closer_;

@@ -1,0 +1,119 @@
+"""The gates, in the order they run: the quick ones first."""
+
+import builds
+import coverage
+import consumers
+import fuzzing
+import headers
+import mutation
+import tidy
+from running import Gate, Step
+from tree import digest_of_file
+
+CODE = ("CMakeLists.txt", "cmake", "include", "src")
+TREE = (*CODE, "benchmarks/accuracy", "docs", "examples", "tests", "README.md", "run")
+CLANG = ("-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld")
+SANITIZED = "-O1 -g1 -fno-omit-frame-pointer -fno-sanitize-recover=all"
+CLANG_PACKAGES = "clang lld llvm libclang-rt-14-dev"
+
+
+def documents(run):
+    """Doxygen's warnings, the documents' links and options, the programs they show."""
+    run_tests(run, select=r"^(docs|readme|tutorial|tour|headers\.families|programs\.documented_options)")
+
+
+def tests(run):
+    """The tests of ./run test, in its folder."""
+    run_tests(run)
+
+
+def run_tests(run, select="."):
+    code, output = run.command(["./run", "test", "-N"])
+    folder = run.folder.parent.parent / "test"
+    if code != 0:
+        run.keep(builds.Item("build", "not run" if code is None else "failed", note=output[-1500:]))
+        return
+    builds.test(run, folder, select=select, jobs=run.jobs + 1)
+
+
+def address(run):
+    """NDEBUG is not defined: assertions of Eigen and the library are on."""
+    flags = f"{SANITIZED} -fsanitize=address,undefined,float-cast-overflow {coverage.FLAGS}"
+    if builds.configure(run, *CLANG, *builds.tree_options(run, flags)) and builds.build(run):
+        builds.test(run, environment=coverage.environment(run.folder) | {
+            "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
+            "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=TIMED)
+
+
+def thread(run):
+    flags = f"{SANITIZED} -fsanitize=thread"
+    if builds.configure(run, *CLANG, *builds.tree_options(run, flags)) and builds.build(run):
+        builds.test(run, environment={"TSAN_OPTIONS": "halt_on_error=1:ignore_noninstrumented_modules=1"},
+                    exclude=TIMED)
+
+
+def gcc_debug(run):
+    flags = ("-O0 -g1 -D_GLIBCXX_DEBUG -D_GLIBCXX_ASSERTIONS -DEIGEN_INITIALIZE_MATRICES_BY_NAN")
+    if builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", *builds.tree_options(run, flags, scans=200)) \
+            and builds.build(run):
+        builds.test(run, exclude=TIMED)
+
+
+def leaks(run):
+    """The tests of logger and monitor by Valgrind, as ./run test built them."""
+    code, output = run.command(["./run", "test", "-N"])
+    if code != 0:
+        run.keep(builds.Item("build", "not run" if code is None else "failed", note=output[-1500:]))
+        return
+    programs = run.folder.parent.parent / "test" / "bin"
+    steps = []
+    for program in ("test_logger", "test_abuse_logger", "test_monitor"):
+        path = programs / program
+        listed = run.command([path, "--gtest_list_tests"])[1]
+        for suite in [line.split(".")[0] for line in listed.splitlines() if line and not line.startswith(" ")
+                      and line.split("#")[0].strip().endswith(".")]:
+            if suite != "MonitorInABrowser":
+                steps.append(Step(f"{program}.{suite}", [
+                    "valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9", "--fair-sched=yes", path,
+                    f"--gtest_filter={suite}.*", "--gtest_brief=1"], digest_of_file(path), timeout_s=1200))
+    run.steps(steps)
+
+
+def aarch64(run):
+    """Cross-compiled, tested by emulation."""
+    toolchain = f"-DCMAKE_TOOLCHAIN_FILE={headers.HERE / 'aarch64.cmake'}"
+    if builds.configure(run, toolchain, *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
+                        "-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON") \
+            and builds.build(run):
+        builds.test(run, exclude=TIMED | {r"^(consumer|package)\.": "needs programs of this machine"})
+
+
+# Tests of how long something takes, or of programs that are not instrumented.
+TIMED = {r"^MonitorInABrowser\.": "starts a browser", r"^consumer\.": "a build of its own: gate consumers",
+         r"^docs\.": "gate documents"}
+
+ALL = (
+    Gate("headers", "every public header alone and all together, C++20 and C++23, Clang and GCC, without "
+         "exceptions and RTTI, conversion and shadow warnings", CODE, headers.check, ("clang++", "g++"), "clang g++"),
+    Gate("tests", "Clang build and all tests", TREE, tests, ("clang++", "cmake"), "clang cmake"),
+    Gate("documents", "API pages without warnings; programs, options and figures of the documents", TREE,
+         documents, ("doxygen",), "doxygen"),
+    Gate("consumers", "a consumer's project with every subset of the optional packages",
+         (*CODE, "tests/consumer"), consumers.check, ("clang++",), "clang"),
+    Gate("address", "address and undefined-behaviour sanitizers, leaks, assertions", TREE, address,
+         ("clang++", "ld.lld"), CLANG_PACKAGES),
+    Gate("coverage", "lines and branches that the tests of the gate address ran", TREE, coverage.check,
+         ("clang++", "llvm-cov", "llvm-profdata"), CLANG_PACKAGES),
+    Gate("thread", "thread sanitizer", TREE, thread, ("clang++", "ld.lld"), CLANG_PACKAGES),
+    Gate("gcc_debug", "GCC without optimisation, checked containers and iterators, assertions, matrices "
+         "initialised with NaN", TREE, gcc_debug, ("g++",), "g++"),
+    Gate("leaks", "logger and monitor by Valgrind", TREE, leaks, ("valgrind", "clang++"), "valgrind"),
+    Gate("fuzz", "fuzz targets of all readers and decoders, from the corpus kept", (*CODE, "tests/fuzz"),
+         fuzzing.check, ("clang++",), CLANG_PACKAGES),
+    Gate("tidy", "clang-tidy on every translation unit", (*TREE, ".clang-tidy", "benchmarks"), tidy.check,
+         ("clang-tidy", "clang++"), "clang-tidy"),
+    Gate("aarch64", "cross build for 64-bit ARM, unit tests under emulation", TREE, aarch64,
+         ("aarch64-linux-gnu-g++", "qemu-aarch64-static"), "g++-aarch64-linux-gnu qemu-user-static"),
+    Gate("mutation", "random changes of single tokens that the tests notice", (*CODE, "tests"),
+         mutation.check, ("clang++",), "clang"),
+)
