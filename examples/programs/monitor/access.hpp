@@ -91,16 +91,18 @@ struct AccessOptions {
   std::string token;                ///< empty: none does
   bool reading_needs_token = true;  ///< else only commands do
   std::vector<std::string> hosts;   ///< names of this host besides those of the loopback interface
-  double requests_per_s = 200.0;    ///< of accepted clients; a tenth of it for refused ones
+  double requests_per_s = 200.0;    ///< of clients with the token, and of those accepted without;
+                                    ///< a tenth of it for refused ones
 };
 
 /// Accepts commands with the token; reading requests with the token or, where it is not needed,
 /// those that address this host by name and come from no page of another. Rate limits are separate
-/// for accepted and refused clients.
+/// for clients with the token, accepted ones without and refused ones: none can shut out another.
 class Access {
  public:
   explicit Access(AccessOptions options)
       : options_(std::move(options)),
+        owners_(options_.requests_per_s),
         guests_(options_.requests_per_s),
         strangers_(0.1 * options_.requests_per_s) {}
 
@@ -111,7 +113,8 @@ class Access {
     const bool here = (known || is_here(given.host)) &&
                       (given.origin.empty() || given.origin == "http://" + given.host);
     const bool accepted = here && (known || open);
-    if (!(accepted ? guests_ : strangers_).take()) return {429, "too many requests"};
+    RateLimit& limit = !accepted ? strangers_ : known ? owners_ : guests_;
+    if (!limit.take()) return {429, "too many requests"};
     if (!here && (known || open)) return {403, "this is another host"};
     if (!accepted) return {401, "the token is missing or wrong"};
     return {};
@@ -132,7 +135,7 @@ class Access {
   }
 
   const AccessOptions options_;
-  RateLimit guests_, strangers_;
+  RateLimit owners_, guests_, strangers_;
 };
 
 }  // namespace wayfare::examples
