@@ -7,7 +7,7 @@ import re
 import subprocess
 from pathlib import Path
 
-from running import Item, Progress
+from running import Item, Progress, Stopped
 from tree import ROOT, digest_of, digest_of_file, digest_of_files
 
 # "  12/3800 Test  #7: name ....   Passed    0.05 sec", "***Failed", "***Timeout", "***Exception: SegFault"
@@ -19,13 +19,11 @@ SCRIPT_INPUTS = ("CMakeLists.txt", "cmake", "docs", "examples", "include", "READ
 
 
 def configure(run, *options, folder=None, source=ROOT):
-    """Configures a folder of the gate; false, with an item, where that fails."""
-    folder = folder or run.folder
+    """Configures a folder of the gate; the gate stops where that fails."""
     launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if _has("ccache") else []
-    code, output = run.command(["cmake", "-S", source, "-B", folder, "-G", "Ninja", *launcher, *options])
+    code, output = run.command(["cmake", "-S", source, "-B", folder or run.folder, "-G", "Ninja", *launcher, *options])
     if code != 0:
-        run.keep(Item("configure", "failed", note=output[-1500:]))
-    return code == 0
+        raise Stopped("configure", "not run" if code is None else "failed", output[-1500:])
 
 
 def tree_options(run, flags, *options, scans=1000, examples=True):
@@ -38,18 +36,16 @@ def tree_options(run, flags, *options, scans=1000, examples=True):
 
 
 def build(run, *targets, folder=None):
-    """Builds; false where something does not compile, with an item for each such file."""
-    folder = folder or run.folder
-    words = ["cmake", "--build", folder, "--parallel", run.jobs]
+    """Builds as much as compiles; the gate stops where something does not, with an item for each such file."""
+    words = ["cmake", "--build", folder or run.folder, "--parallel", run.jobs]
     code, output = run.command([*words, *(["--target", *targets] if targets else []), "--", "-k", "0"])
     if code is None:
-        run.keep(Item("build", "not run", note="no time was left"))
-    elif code != 0:
-        failed = re.findall(r"^FAILED: (\S+)", output, re.MULTILINE) or ["build"]
+        raise Stopped("build", "not run", "no time was left")
+    if code != 0:
         first = next((line for line in output.splitlines() if " error: " in line), output[-800:])
-        for name in failed[:20]:
+        for name in re.findall(r"^FAILED: (\S+)", output, re.MULTILINE)[:20]:
             run.keep(Item(name, "failed", note=first))
-    return code == 0
+        raise Stopped("build", "failed", first)
 
 
 def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s=900, jobs=None):

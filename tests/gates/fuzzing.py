@@ -4,7 +4,7 @@ import re
 import time
 
 import builds
-from running import Item, Step
+from running import Step, Stopped
 from tree import ROOT, digest_of_file
 
 SECONDS = 300
@@ -14,15 +14,14 @@ CAPTURES = ("ti", "ti_config", "rplidar", "xsens")  # whose seeds are cut from r
 
 def check(run):
     build = run.folder / "build"
-    if not builds.configure(run, "-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_BUILD_TYPE=Release", "-DWAYFARE_BUILD_FUZZERS=ON",
-                            "-DWAYFARE_BUILD_EXAMPLES=OFF", "-DWAYFARE_BUILD_BENCHMARKS=OFF",
-                            f"-DWAYFARE_DATA_DIR={run.data or ''}", folder=build):
-        return
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_BUILD_TYPE=Release", "-DWAYFARE_BUILD_FUZZERS=ON",
+                     "-DWAYFARE_BUILD_EXAMPLES=OFF", "-DWAYFARE_BUILD_BENCHMARKS=OFF",
+                     f"-DWAYFARE_DATA_DIR={run.data or ''}", folder=build)
     listed = run.command(["ninja", "-C", build, "-t", "targets", "all"])[1]
     targets = sorted(set(re.findall(r"^fuzz_(?!io\b|decode\b)(\w+): phony", listed, re.MULTILINE)))
-    if not targets or not builds.build(run, *(f"fuzz_{t}" for t in targets), folder=build):
-        run.keep(Item("targets", "failed", note="not built"))
-        return
+    if not targets:
+        raise Stopped("targets", "failed", "there are none")
+    builds.build(run, *(f"fuzz_{t}" for t in targets), folder=build)
     steps = []
     for target in targets:
         program, corpus = build / "bin" / f"fuzz_{target}", run.folder / "corpus" / target

@@ -7,8 +7,8 @@ import fuzzing
 import headers
 import mutation
 import tidy
-from running import Gate, Step
-from tree import digest_of_file
+from running import Gate, Step, Stopped
+from tree import ROOT, digest_of_file
 
 CODE = ("CMakeLists.txt", "cmake", "include", "src")
 TREE = (*CODE, "benchmarks/accuracy", "docs", "examples", "tests", "README.md", "run")
@@ -28,44 +28,45 @@ def tests(run):
 
 
 def run_tests(run, select="."):
-    code, output = run.command(["./run", "test", "-N"])
-    folder = run.folder.parent.parent / "test"
+    builds.test(run, built_tests(run), select=select, jobs=run.jobs + 1)
+
+
+def built_tests(run):
+    """The folder of ./run test, built."""
+    code, output = run.command([ROOT / "run", "test", "-N"])
     if code != 0:
-        run.keep(builds.Item("build", "not run" if code is None else "failed", note=output[-1500:]))
-        return
-    builds.test(run, folder, select=select, jobs=run.jobs + 1)
+        raise Stopped("build", "not run" if code is None else "failed", output[-1500:])
+    return ROOT / "build" / "test"
 
 
 def address(run):
     """NDEBUG is not defined: assertions of Eigen and the library are on."""
     flags = f"{SANITIZED} -fsanitize=address,undefined,float-cast-overflow {coverage.FLAGS}"
-    if builds.configure(run, *CLANG, *builds.tree_options(run, flags)) and builds.build(run):
-        builds.test(run, environment=coverage.environment(run.folder) | {
-            "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
-            "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=TIMED)
+    builds.configure(run, *CLANG, *builds.tree_options(run, flags))
+    builds.build(run)
+    builds.test(run, environment=coverage.environment(run.folder) | {
+        "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
+        "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=TIMED)
 
 
 def thread(run):
     flags = f"{SANITIZED} -fsanitize=thread"
-    if builds.configure(run, *CLANG, *builds.tree_options(run, flags)) and builds.build(run):
-        builds.test(run, environment={"TSAN_OPTIONS": "halt_on_error=1:ignore_noninstrumented_modules=1"},
-                    exclude=TIMED)
+    builds.configure(run, *CLANG, *builds.tree_options(run, flags))
+    builds.build(run)
+    builds.test(run, environment={"TSAN_OPTIONS": "halt_on_error=1:ignore_noninstrumented_modules=1"},
+                exclude=TIMED)
 
 
 def gcc_debug(run):
-    flags = ("-O0 -g1 -D_GLIBCXX_DEBUG -D_GLIBCXX_ASSERTIONS -DEIGEN_INITIALIZE_MATRICES_BY_NAN")
-    if builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", *builds.tree_options(run, flags, scans=200)) \
-            and builds.build(run):
-        builds.test(run, exclude=TIMED)
+    flags = "-O0 -g1 -D_GLIBCXX_DEBUG -D_GLIBCXX_ASSERTIONS -DEIGEN_INITIALIZE_MATRICES_BY_NAN"
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", *builds.tree_options(run, flags, scans=200))
+    builds.build(run)
+    builds.test(run, exclude=TIMED)
 
 
 def leaks(run):
     """The tests of logger and monitor by Valgrind, as ./run test built them."""
-    code, output = run.command(["./run", "test", "-N"])
-    if code != 0:
-        run.keep(builds.Item("build", "not run" if code is None else "failed", note=output[-1500:]))
-        return
-    programs = run.folder.parent.parent / "test" / "bin"
+    programs = built_tests(run) / "bin"
     steps = []
     for program in ("test_logger", "test_abuse_logger", "test_monitor"):
         path = programs / program
@@ -79,13 +80,30 @@ def leaks(run):
     run.steps(steps)
 
 
+SOAK_MINUTES = 8
+
+
+def soaks(run):
+    """Each soak program for some minutes, a simulated day of SLAM, tuning killed many times."""
+    programs = built_tests(run) / "bin"
+    commands = {f"soak_{name}": ["--minutes", str(SOAK_MINUTES)] for name in ("allocations", "decoders", "logger", "monitor")}
+    commands["endless_runs"] = ["--hours", "24", "--merge-from", "1", "--quiet", "--force", "--out", str(run.folder / "day")]
+    commands["test_tune_killed"] = []
+    run.steps([Step(name, [programs / name, *words], digest_of_file(programs / name), timeout_s=3000,
+                    environment={"WAYFARE_TUNE_KILLS": "30"}, verdict=last_line) for name, words in commands.items()])
+
+
+def last_line(code, output):
+    return ("passed" if code == 0 else "failed"), "\n".join(output.strip().splitlines()[-1 if code == 0 else -8:])
+
+
 def aarch64(run):
     """Cross-compiled, tested by emulation."""
     toolchain = f"-DCMAKE_TOOLCHAIN_FILE={headers.HERE / 'aarch64.cmake'}"
-    if builds.configure(run, toolchain, *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
-                        "-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON") \
-            and builds.build(run):
-        builds.test(run, exclude=TIMED | {r"^(consumer|package)\.": "needs programs of this machine"})
+    builds.configure(run, toolchain, *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
+                     "-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON")
+    builds.build(run)
+    builds.test(run, exclude=TIMED | {r"^(consumer|package)\.": "needs programs of this machine"})
 
 
 # Tests of how long something takes, or of programs that are not instrumented.
@@ -108,6 +126,8 @@ ALL = (
     Gate("gcc_debug", "GCC without optimisation, checked containers and iterators, assertions, matrices "
          "initialised with NaN", TREE, gcc_debug, ("g++",), "g++"),
     Gate("leaks", "logger and monitor by Valgrind", TREE, leaks, ("valgrind", "clang++"), "valgrind"),
+    Gate("soaks", f"soak programs for {SOAK_MINUTES} minutes each, SLAM over a simulated day, tuning killed", TREE, soaks,
+         ("clang++", "cmake"), "clang cmake"),
     Gate("fuzz", "fuzz targets of all readers and decoders, from the corpus kept", (*CODE, "tests/fuzz"),
          fuzzing.check, ("clang++",), CLANG_PACKAGES),
     Gate("tidy", "clang-tidy on every translation unit", (*TREE, ".clang-tidy", "benchmarks"), tidy.check,

@@ -11,7 +11,7 @@ import shutil
 import time
 
 import builds
-from running import Item
+from running import Item, Stopped
 from tree import ROOT, digest_of, digest_of_files, files, version_of
 
 FAMILIES = ("core", "filter", "graph", "match", "decode")
@@ -55,7 +55,7 @@ class Copy:
         self.seconds = {}
 
     def prepare(self):
-        """Files as in the tree; builds the tests and takes how long each runs. False where one fails."""
+        """Files as in the tree; builds the tests and measures how long each runs."""
         wanted = set(files("CMakeLists.txt", "cmake", "include", "src", "tests", "docs/reference", "README.md"))
         for name in wanted:
             target, text = self.tree / name, (ROOT / name).read_bytes()
@@ -67,19 +67,15 @@ class Copy:
                 path.unlink()
         options = ["-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld", *builds.tree_options(
             self.run, "-O1", scans=200, examples=False), "-DWAYFARE_COMPONENTS=all", "-DWAYFARE_INSTALL=OFF"]
-        if not builds.configure(self.run, *options, folder=self.build, source=self.tree):
-            return False
+        builds.configure(self.run, *options, folder=self.build, source=self.tree)
         for family in FAMILIES:
-            if not builds.build(self.run, *tests_of(family), folder=self.build):
-                return False
+            builds.build(self.run, *tests_of(family), folder=self.build)
             for test in tests_of(family):
                 began = time.monotonic()
                 code, output = self.run.command([self.build / "bin" / test, "--gtest_brief=1"], timeout_s=300)
                 if code != 0:
-                    self.run.keep(Item(test, "failed", note="fails without a change\n" + output[-800:]))
-                    return False
+                    raise Stopped(test, "failed", "fails without a change\n" + output[-800:])
                 self.seconds[test] = time.monotonic() - began
-        return True
 
     def try_change(self, family, name, offset, token):
         """'noticed' with the test, 'survived', 'does not compile', or None where no time was left."""
@@ -123,9 +119,8 @@ def check(run):
     copies = [Copy(run, k) for k in range(run.jobs)]
     if shutil.which("ccache") is None:
         run.log("without ccache the second copy is compiled as long as the first")
-    prepared = [copy.prepare() for copy in copies]
-    if not all(prepared):
-        return
+    for copy in copies:
+        copy.prepare()
     counted, next_site = 0, iter(all_sites)
 
     def work(copy):

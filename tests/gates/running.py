@@ -95,6 +95,14 @@ def remembered(gate, folder):
     return result
 
 
+class Stopped(Exception):
+    """A gate cannot go on: the item that says why."""
+
+    def __init__(self, name, state, note):
+        super().__init__(name)
+        self.item = Item(name, state, note=note)
+
+
 class Run:
     """One run of a gate. What a check needs: folder, jobs, data, log(), steps(), keep(), figure()."""
 
@@ -120,7 +128,10 @@ class Run:
             if absent:
                 self.keep(Item("tools", "not run", note=f"needs {', '.join(absent)} (Debian: {self.gate.packages})"))
             else:
-                self.gate.check(self)
+                try:
+                    self.gate.check(self)
+                except Stopped as stopped:
+                    self.keep(stopped.item)
         seconds = time.monotonic() - self.began + (self.before.seconds if same and not self.again else 0)
         result = Result(self.gate, self.items, self.figures, commit(), key, seconds,
                         time.strftime("%Y-%m-%d %H:%M"))

@@ -11,10 +11,8 @@ SOURCE = re.compile(r'#include "([^"]+\.cpp)"')
 
 
 def check(run):
-    if not builds.configure(run, "-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_BUILD_TYPE=Debug",
-                            "-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=8",
-                            "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-DWAYFARE_DATA_DIR="):
-        return
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_UNITY_BUILD=ON",
+                     "-DCMAKE_UNITY_BUILD_BATCH_SIZE=8", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-DWAYFARE_DATA_DIR=")
     rules = ((ROOT / ".clang-tidy").read_text(encoding="utf-8"), version_of("clang-tidy"))
     steps, covered = [], set()
     for unit in json.loads((run.folder / "compile_commands.json").read_text(encoding="utf-8")):
