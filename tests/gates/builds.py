@@ -55,7 +55,7 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
     listed = subprocess.run(["ctest", "--test-dir", folder, "--show-only=json-v1"], capture_output=True,
                             text=True, check=True).stdout
     scripts = digest_of_files(*SCRIPT_INPUTS)
-    digests, numbers = {}, {}
+    digests, numbers, programs = {}, {}, {}
     for number, entry in enumerate(json.loads(listed)["tests"], start=1):
         name = entry["name"]
         if not re.search(select, name):
@@ -70,9 +70,7 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
         digests[name] = _digest_of_test(entry, scripts)
         if not run.keep_passed(name, digests[name]):
             numbers[name] = number
-    if not numbers:
-        return
-    (folder / "tests_left.txt").write_text("0,0,0," + ",".join(map(str, numbers.values())))
+            programs[name] = not Path(entry.get("command", [""])[0]).name.startswith("test_")
     progress = Progress(len(numbers))
     failed, notes, last = {}, {}, None
 
@@ -93,9 +91,14 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
         else:
             failed[last] = dataclasses.replace(item, state="failed")
 
-    words = ["ctest", "--test-dir", folder, "-j", jobs or run.jobs, "--timeout", timeout_s,
-             "--output-on-failure", "-I", folder / "tests_left.txt"]
-    run.command(words, environment=environment, on_line=on_line)
+    # CTest begins with what took longest: unit tests before programs, so that little is left where time is short.
+    for is_program in (False, True):
+        chosen = [str(number) for name, number in numbers.items() if programs[name] == is_program]
+        if not chosen or run.seconds_left() < 1:
+            continue
+        (folder / "tests_left.txt").write_text("0,0,0," + ",".join(chosen), encoding="utf-8")
+        run.command(["ctest", "--test-dir", folder, "-j", jobs or run.jobs, "--timeout", timeout_s,
+                     "--output-on-failure", "-I", folder / "tests_left.txt"], environment=environment, on_line=on_line)
     progress.end()
     for item in failed.values():
         run.keep(dataclasses.replace(item, note=f"{notes.get(item.name, '')}\n{item.note}".strip()))

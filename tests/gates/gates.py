@@ -46,7 +46,7 @@ def address(run):
     builds.build(run)
     builds.test(run, environment=coverage.environment(run.folder) | {
         "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
-        "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=TIMED)
+        "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=ELSEWHERE)
 
 
 def thread(run):
@@ -54,14 +54,14 @@ def thread(run):
     builds.configure(run, *CLANG, *builds.tree_options(run, flags))
     builds.build(run)
     builds.test(run, environment={"TSAN_OPTIONS": "halt_on_error=1:ignore_noninstrumented_modules=1"},
-                exclude=TIMED)
+                exclude=ELSEWHERE)
 
 
 def gcc_debug(run):
     flags = "-O0 -g1 -D_GLIBCXX_DEBUG -D_GLIBCXX_ASSERTIONS -DEIGEN_INITIALIZE_MATRICES_BY_NAN"
     builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", *builds.tree_options(run, flags, scans=200))
     builds.build(run)
-    builds.test(run, exclude=TIMED)
+    builds.test(run, exclude=ELSEWHERE)
 
 
 def leaks(run):
@@ -103,11 +103,12 @@ def aarch64(run):
     builds.configure(run, toolchain, *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
                      "-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON")
     builds.build(run)
-    builds.test(run, exclude=TIMED | {r"^(consumer|package)\.": "needs programs of this machine"})
+    builds.test(run, exclude=ELSEWHERE | {r"^(consumer|package)\.": "needs programs of this machine"})
 
 
-# Tests of how long something takes, or of programs that are not instrumented.
-TIMED = {r"^MonitorInABrowser\.": "starts a browser", r"^consumer\.": "a build of its own: gate consumers",
+# Tests that other gates run, and why.
+ELSEWHERE = {r"^MonitorInABrowser\.": "starts a browser",
+         r"^(tutorial\.|programs\.(demo|compare_methods))": "takes long with optimisation, too: gate tests", r"^consumer\.": "a build of its own: gate consumers",
          r"^docs\.": "gate documents"}
 
 ALL = (

@@ -4,6 +4,7 @@ import concurrent.futures
 import dataclasses
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -236,7 +237,11 @@ class Run:
 
 
 def by_code(code, output):
-    return ("passed", "") if code == 0 else ("failed", f"exit code {code}\n" + output[-1500:])
+    """Failed with what was said from the first error on, or last."""
+    if code == 0:
+        return "passed", ""
+    error = re.search(r"^.*\b(error|Error|FAILED|failed)\b", output, re.MULTILINE)
+    return "failed", (output[error.start():][:1500] if error else output[-1500:]) + f"\nexit code {code}"
 
 
 class Progress:
