@@ -27,7 +27,7 @@ class CallGuard {
   [[nodiscard]] static Error interrupted() {
     return {ErrorCode::cancelled,
             "an exception (out of memory?) interrupted an earlier call: continue from a saved "
-            "state, or begin anew"};
+            "state, or start again"};
   }
 
   bool is_open_ = false;
