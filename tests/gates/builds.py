@@ -10,8 +10,9 @@ from pathlib import Path
 from running import Item, Progress, Stopped
 from tree import ROOT, digest_of, digest_of_file, digest_of_files
 
-# "  12/3800 Test  #7: name ....   Passed    0.05 sec", "***Failed", "***Timeout", "***Exception: SegFault"
-TEST = re.compile(r"^\s*\d+/\d+ Test\s+#(\d+): (\S+) \.*\s*(.*?)\s+([\d.]+) sec")
+# "  12/3800 Test  #7: name ....   Passed    0.05 sec", "***Failed", "***Timeout", "***Exception: SegFault"; the
+# names of typed tests have spaces.
+TEST = re.compile(r"^\s*\d+/\d+ Test\s+#(\d+): .*?(Passed|\*\*\*.*?)\s+([\d.]+) sec")
 FINDING = re.compile(r"runtime error:|ERROR: \w+Sanitizer|WARNING: ThreadSanitizer|: Failure$|Assertion|"
                      r"Error: attempt to|terminate called|definitely lost")
 # What scripts among the tests may read.
@@ -73,17 +74,18 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
             programs[name] = not Path(entry.get("command", [""])[0]).name.startswith("test_")
     progress = Progress(len(numbers))
     failed, notes, last = {}, {}, None
+    names = {number: name for name, number in numbers.items()}
 
     def on_line(line):
         nonlocal last
         found = TEST.match(line)
         if not found and last and FINDING.search(line):
             notes.setdefault(last, line.strip())  # what a failed test said follows its line
-        if not found or found[2] not in numbers:  # or a fixture that has passed before
+        if not found or int(found[1]) not in names:  # or a fixture that has passed before
             return
-        last, said = found[2], found[3]
+        last, said = names[int(found[1])], found[2]
         progress.count()
-        item = Item(last, "passed", float(found[4]), said.strip("* "), digests[last])
+        item = Item(last, "passed", float(found[3]), said.strip("* "), digests[last])
         if said.endswith("Passed"):
             run.keep(dataclasses.replace(item, note=""))
         elif "Skipped" in said or "Disabled" in said:
