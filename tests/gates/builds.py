@@ -98,7 +98,7 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
         chosen = [str(number) for name, number in numbers.items() if programs[name] == is_program]
         if not chosen or run.seconds_left() < 1:
             continue
-        (folder / "tests_left.txt").write_text("0,0,0," + ",".join(chosen), encoding="utf-8")
+        (folder / "tests_left.txt").write_text("0,0,0," + ",".join(chosen) + "\n", encoding="utf-8")
         run.command(["ctest", "--test-dir", folder, "-j", jobs or run.jobs, "--timeout", timeout_s,
                      "--output-on-failure", "-I", folder / "tests_left.txt"], environment=environment, on_line=on_line)
     progress.end()
