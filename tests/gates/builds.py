@@ -49,9 +49,9 @@ def build(run, *targets, folder=None):
         raise Stopped("build", "failed", first)
 
 
-def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s=900, jobs=None):
-    """Runs the tests of a build that have not passed with the same program, by CTest. Tests whose names match
-    exclude, {pattern: reason}, are listed as not run."""
+def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s=900, jobs=None, places=None):
+    """Runs the tests of a build that have not passed with the same program, by CTest: of the folders `places`
+    and those below, or of all. Tests whose names match exclude, {pattern: reason}, are listed as skipped."""
     folder = folder or run.folder
     listed = subprocess.run(["ctest", "--test-dir", folder, "--show-only=json-v1"], capture_output=True,
                             text=True, check=True).stdout
@@ -59,7 +59,7 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
     digests, numbers, programs = {}, {}, {}
     for number, entry in enumerate(json.loads(listed)["tests"], start=1):
         name = entry["name"]
-        if not re.search(select, name):
+        if not re.search(select, name) or places and not _is_below(_place_of(entry, folder), places):
             continue
         if name.endswith("_NOT_BUILT"):
             run.keep(Item(name, "failed", note="was not built"))
@@ -107,6 +107,16 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
     for name in numbers:
         if name not in run.items:
             run.keep(Item(name, "not run", note="no time was left"))
+
+
+def _place_of(entry, folder):
+    """The folder of a test, relative to that of the build."""
+    place = next((p["value"] for p in entry.get("properties", ()) if p["name"] == "WORKING_DIRECTORY"), folder)
+    return os.path.relpath(place, folder)
+
+
+def _is_below(place, places):
+    return any(place == p or place.startswith(p + "/") for p in places)
 
 
 def _digest_of_test(entry, scripts):

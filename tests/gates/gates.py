@@ -39,29 +39,54 @@ def built_tests(run):
     return ROOT / "build" / "test"
 
 
-def address(run):
-    """NDEBUG is not defined: assertions of Eigen and the library are on."""
+def below_tests(names):
+    return [f"tests/{name}" for name in names.split()]
+
+
+# Folders of tests: what is made of one part, of several, and programs. Each gate takes what fits its minutes.
+PARTS = below_tests("core decode eval filter gnss graph inertial io map match motion sensors sim sync")
+SYSTEMS = below_tests("abuse logger nav pedestrian ros ros2 slam tune")
+PROGRAMS = [*below_tests("fuzz headers programs"), "examples/tour"]
+THREADED = below_tests("core filter graph logger nav ros sim slam tune")
+
+
+def all_of(places):
+    """The targets of folders."""
+    return [f"{place}/all" for place in places]
+
+
+def address(run, places=tuple(PARTS)):
+    """NDEBUG is not defined: assertions of Eigen and the library are on. The three gates share a folder."""
+    folder = run.folder.parent / "address"
     flags = f"{SANITIZED} -fsanitize=address,undefined,float-cast-overflow {coverage.FLAGS}"
-    builds.configure(run, *CLANG, *builds.tree_options(run, flags))
-    builds.build(run)
-    builds.test(run, environment=coverage.environment(run.folder) | {
+    builds.configure(run, *CLANG, *builds.tree_options(run, flags), folder=folder)
+    builds.build(run, *all_of(places), folder=folder)
+    builds.test(run, folder=folder, environment=coverage.environment(folder) | {
         "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
-        "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=ELSEWHERE)
+        "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=ELSEWHERE, places=places)
+
+
+def address_systems(run):
+    address(run, SYSTEMS)
+
+
+def address_programs(run):
+    address(run, [*PROGRAMS, "examples"])
 
 
 def thread(run):
     flags = f"{SANITIZED} -fsanitize=thread"
-    builds.configure(run, *CLANG, *builds.tree_options(run, flags))
-    builds.build(run)
+    builds.configure(run, *CLANG, *builds.tree_options(run, flags, examples=False))
+    builds.build(run, *all_of(THREADED))
     builds.test(run, environment={"TSAN_OPTIONS": "halt_on_error=1:ignore_noninstrumented_modules=1"},
-                exclude=ELSEWHERE)
+                exclude=ELSEWHERE, places=THREADED)
 
 
 def gcc_debug(run):
     flags = "-O0 -g1 -D_GLIBCXX_DEBUG -D_GLIBCXX_ASSERTIONS -DEIGEN_INITIALIZE_MATRICES_BY_NAN"
-    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", *builds.tree_options(run, flags, scans=200))
-    builds.build(run)
-    builds.test(run, exclude=ELSEWHERE)
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", *builds.tree_options(run, flags, scans=200, examples=False))
+    builds.build(run, *all_of(PARTS + SYSTEMS))
+    builds.test(run, exclude=ELSEWHERE, places=PARTS + SYSTEMS)
 
 
 def leaks(run):
@@ -86,7 +111,8 @@ SOAK_MINUTES = 8
 def soaks(run):
     """Each soak program for some minutes, a simulated day of SLAM, tuning killed many times."""
     programs = built_tests(run) / "bin"
-    commands = {f"soak_{name}": ["--minutes", str(SOAK_MINUTES)] for name in ("allocations", "decoders", "logger", "monitor")}
+    commands = {f"soak_{name}": ["--minutes", str(SOAK_MINUTES)]
+                for name in ("allocations", "decoders", "logger", "monitor")}
     commands["endless_runs"] = ["--hours", "24", "--merge-from", "1", "--quiet", "--force", "--out", str(run.folder / "day")]
     commands["test_tune_killed"] = []
     run.steps([Step(name, [programs / name, *words], digest_of_file(programs / name), timeout_s=3000,
@@ -102,13 +128,14 @@ def aarch64(run):
     toolchain = f"-DCMAKE_TOOLCHAIN_FILE={headers.HERE / 'aarch64.cmake'}"
     builds.configure(run, toolchain, *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
                      "-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON")
-    builds.build(run)
-    builds.test(run, exclude=ELSEWHERE | {r"^(consumer|package)\.": "needs programs of this machine"})
+    builds.build(run, *all_of(PARTS + SYSTEMS))
+    builds.test(run, exclude=ELSEWHERE, places=PARTS + SYSTEMS)
 
 
 # Tests that other gates run, and why.
 ELSEWHERE = {r"^MonitorInABrowser\.": "starts a browser",
-         r"^(tutorial\.|programs\.(demo|compare_methods))": "takes long with optimisation, too: gate tests", r"^consumer\.": "a build of its own: gate consumers",
+         r"^(tutorial\.|programs\.(demo|compare_methods))": "takes long with optimisation, too: gate tests",
+         r"^consumer\.": "a build of its own: gate consumers",
          r"^docs\.": "gate documents"}
 
 ALL = (
@@ -119,13 +146,17 @@ ALL = (
          documents, ("doxygen",), "doxygen"),
     Gate("consumers", "a consumer's project with every subset of the optional packages",
          (*CODE, "tests/consumer"), consumers.check, ("clang++",), "clang"),
-    Gate("address", "address and undefined-behaviour sanitizers, leaks, assertions", TREE, address,
+    Gate("address", "address and undefined-behaviour sanitizers, leaks, assertions: the parts", TREE, address,
          ("clang++", "ld.lld"), CLANG_PACKAGES),
-    Gate("coverage", "lines and branches that the tests of the gate address ran", TREE, coverage.check,
+    Gate("address_systems", "the same: SLAM, navigation, logger, ROS, misuse", TREE, address_systems,
+         ("clang++", "ld.lld"), CLANG_PACKAGES),
+    Gate("address_programs", "the same: programs, tour, fuzz targets", TREE, address_programs,
+         ("clang++", "ld.lld"), CLANG_PACKAGES),
+    Gate("coverage", "lines and branches that the tests of the three gates before ran", TREE, coverage.check,
          ("clang++", "llvm-cov", "llvm-profdata"), CLANG_PACKAGES),
-    Gate("thread", "thread sanitizer", TREE, thread, ("clang++", "ld.lld"), CLANG_PACKAGES),
-    Gate("gcc_debug", "GCC without optimisation, checked containers and iterators, assertions, matrices "
-         "initialised with NaN", TREE, gcc_debug, ("g++",), "g++"),
+    Gate("thread", "thread sanitizer: families that start threads", TREE, thread, ("clang++", "ld.lld"), CLANG_PACKAGES),
+    Gate("gcc_debug", "GCC without optimisation: parts and systems with checked containers and iterators, "
+         "assertions, matrices initialised with NaN", TREE, gcc_debug, ("g++",), "g++"),
     Gate("leaks", "logger and monitor by Valgrind", TREE, leaks, ("valgrind", "clang++"), "valgrind"),
     Gate("soaks", f"soak programs for {SOAK_MINUTES} minutes each, SLAM over a simulated day, tuning killed", TREE, soaks,
          ("clang++", "cmake"), "clang cmake"),
