@@ -150,7 +150,8 @@ class GrowingGraph<PoseGraph<G>> {
   /// visit(term, its poses, its values), linearised at `origins`. Returns whether values are
   /// finite, which those of poses are, or the factorisation fails.
   template <class Visit>
-  bool linearise(std::size_t k, const std::vector<G>& origins, const Visit& visit) const {
+  [[nodiscard]] bool linearise(std::size_t k, const std::vector<G>& origins,
+                               const Visit& visit) const {
     const PoseEdge<G>& edge = graph_.edges[k];
     visit(static_cast<int>(k), edge.from, edge.to, terms_of(edge, origins));
     return true;

@@ -95,7 +95,7 @@ void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
 template <int N>
 double* IncrementalCholesky<N>::information_of(Clique& clique, int frontal) {
   const std::size_t first = CliqueFront<N>::size(clique.frontals, clique.separators());
-  return clique.numbers.data() + first + N * N * index(frontal);
+  return clique.numbers.data() + first + index(N * N) * index(frontal);
 }
 
 /// The rows that a variable does not use get the scale of its information: their step is zero. The
@@ -201,7 +201,7 @@ void IncrementalCholesky<N>::substitute(Clique& clique, double threshold, Change
   for (int i = 0; i < clique.frontals; ++i) {
     const int v = clique.rows[index(i)];
     Eigen::Map<Vector> x(x_.data() + offset(v));
-    const Eigen::Map<const Vector> now(found + N * i);
+    const Eigen::Map<const Vector> now(found + offset(i));
     if (!is_large(i, now - x)) continue;
     x = now;
     changed_.push_back(v);
@@ -216,9 +216,10 @@ void IncrementalCholesky<N>::find_scales(Clique& clique) {
   const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
   const cholesky::Panel& panel = front.panel();
   scales_.resize(index(panel.pivots));
+  const std::ptrdiff_t stride = panel.ld11 + 1;
   for (int i = 0; i < clique.frontals; ++i)
-    diagonal_scales<N>(panel.l11 + N * i * (panel.ld11 + 1), panel.ld11 + 1, kLeadingUnits<N>,
-                       scales_.data() + N * i);
+    diagonal_scales<N>(panel.l11 + stride * N * i, stride, kLeadingUnits<N>,
+                       scales_.data() + offset(i));
 }
 
 /// Whether some pivot of those just eliminated lost many digits.

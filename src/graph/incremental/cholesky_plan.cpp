@@ -21,6 +21,7 @@ void IncrementalCholesky<N>::plan_as_before() {
     if (cliques_[index(c)].pending == 0) stack_.push_back(c);
   int place = 0;
   fresh_.clear();
+  // NOLINTNEXTLINE(modernize-loop-convert): parents are appended
   for (std::size_t next = 0; next < stack_.size(); ++next) {
     const int made = acquire();
     Clique& clique = cliques_[index(made)];

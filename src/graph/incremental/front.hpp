@@ -40,7 +40,9 @@ class CliqueFront {
   [[nodiscard]] int frontals() const { return frontals_; }
   [[nodiscard]] int separators() const { return separators_; }
   /// Of frontals, then separators.
-  [[nodiscard]] double* right(int slot = 0) const { return right_ + N * slot; }
+  [[nodiscard]] double* right(int slot = 0) const {
+    return right_ + static_cast<std::ptrdiff_t>(N) * slot;
+  }
 
   /// The first scalar of block (row, column), row ≥ column, and the stride of its columns.
   [[nodiscard]] double* at(int row, int column, std::ptrdiff_t& stride) const {

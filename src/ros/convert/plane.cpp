@@ -10,6 +10,8 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/ros/convert.hpp>
 
+#include "ros/transform_parts.hpp"
+
 namespace wayfare::ros {
 namespace {
 
@@ -31,18 +33,6 @@ double next(double value, int steps) {
 bool is_unit(const Quaternion& q) {
   const double norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
   return std::abs(norm - 1.0) < 1e-2;  // false for NaN
-}
-
-std::string_view without_slash(std::string_view name) {
-  if (name.starts_with('/')) name.remove_prefix(1);
-  return name;
-}
-
-std::optional<SE3d> rigid(const TransformParts& t) {
-  const Eigen::Quaterniond q(t.rotation.w, t.rotation.x, t.rotation.y, t.rotation.z);
-  const Eigen::Vector3d at(t.translation.x, t.translation.y, t.translation.z);
-  if (!at.allFinite() || !(std::abs(q.squaredNorm() - 1.0) < 1e-2)) return std::nullopt;
-  return SE3d(at, SO3d(q));
 }
 
 TransformParts parts(const SE3d& t) {

@@ -31,7 +31,7 @@ Angle bearing_of(float radians) {
 }
 
 Eigen::Vector3d vector_of(const Vector3& v) { return {v.x, v.y, v.z}; }
-Vector3 message_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Vector3 vector_message(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// Converts between the order east, north, up of ROS and north, east, down.
 Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance) {
@@ -258,8 +258,8 @@ Imu message_of(const ImuSample& sample, std::string_view frame) {
   m.header = header_of(sample.time, frame);
   m.orientation.w = 1.0;
   m.orientation_covariance[0] = -1.0;
-  m.angular_velocity = message_of(sample.angular_rate_radps);
-  m.linear_acceleration = message_of(sample.specific_force_mps2);
+  m.angular_velocity = vector_message(sample.angular_rate_radps);
+  m.linear_acceleration = vector_message(sample.specific_force_mps2);
   return m;
 }
 
@@ -278,7 +278,7 @@ MagneticField magnetic_message_of(const Eigen::Vector3d& field_uT, LogTime time,
                                   std::string_view frame) {
   MagneticField m;
   m.header = header_of(time, frame);
-  m.magnetic_field = message_of(Eigen::Vector3d(field_uT * 1e-6));
+  m.magnetic_field = vector_message(field_uT * 1e-6);
   return m;
 }
 

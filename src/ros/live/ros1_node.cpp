@@ -90,6 +90,7 @@ class Ros1Node final : public RawNode {
     // Output of ROS must appear at once, in a file or pipe as well.
     std::setvbuf(stdout, nullptr, _IOLBF, 0);
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());
     int argc = static_cast<int>(argv.size());
     argv.push_back(nullptr);
@@ -101,18 +102,18 @@ class Ros1Node final : public RawNode {
     if (::ros::isStarted()) ::ros::shutdown();
   }
 
-  const char* system() const override { return "ros1"; }
+  [[nodiscard]] const char* system() const override { return "ros1"; }
   bool connect() override;
-  bool ok() const override { return !interrupted() && ::ros::ok(); }
-  std::vector<std::pair<std::string, std::string>> parameters() const override;
-  std::vector<PublishedTopic> topics() const override;
+  [[nodiscard]] bool ok() const override { return !interrupted() && ::ros::ok(); }
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> parameters() const override;
+  [[nodiscard]] std::vector<PublishedTopic> topics() const override;
   RawPublisher advertise(const std::string& topic, const TopicType& type, const Qos& qos) override;
   RawSubscription subscribe(const std::string& topic, const TopicType& type, const Qos& qos,
                             RawCallback callback) override;
   void spin(double seconds) override {
     ::ros::getGlobalCallbackQueue()->callAvailable(::ros::WallDuration(seconds));
   }
-  std::int64_t now_ns() const override {
+  [[nodiscard]] std::int64_t now_ns() const override {
     return static_cast<std::int64_t>(::ros::Time::now().toNSec());
   }
   void say(Severity severity, const std::string& text) const override;

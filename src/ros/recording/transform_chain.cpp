@@ -1,25 +1,14 @@
 #include "ros/recording/transform_chain.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "ros/transform_parts.hpp"
+
 namespace wayfare::ros {
 namespace {
-
-std::string_view without_slash(std::string_view name) {
-  if (name.starts_with('/')) name.remove_prefix(1);
-  return name;
-}
-
-std::optional<SE3d> pose_of(const TransformParts& t) {
-  const Eigen::Quaterniond q(t.rotation.w, t.rotation.x, t.rotation.y, t.rotation.z);
-  const Eigen::Vector3d at(t.translation.x, t.translation.y, t.translation.z);
-  if (!at.allFinite() || !(std::abs(q.squaredNorm() - 1.0) < 1e-2)) return std::nullopt;
-  return SE3d(at, SO3d(q.normalized()));
-}
 
 Result<SE2d> in_plane(const SE3d& pose) {
   const auto& q = pose.rotation().quaternion();
@@ -100,7 +89,7 @@ std::string spans_of(const Way& frame, const Way& base) {
 }  // namespace
 
 void TransformChain::add(const TransformStamped& t, bool is_static, io::Problems& problems) {
-  const auto pose = pose_of(t.transform);
+  const auto pose = rigid(t.transform);
   const auto time = is_static ? Result<LogTime>(LogTime()) : time_of(t.header.stamp);
   if (!pose || !time) {
     problems.add({ErrorCode::parse, pose ? time.error().message : "is no rigid transform",

@@ -14,10 +14,10 @@ enum class Isa { baseline, avx2, avx512 };
 [[nodiscard]] inline bool runs_here(Isa isa) {
   if (isa == Isa::baseline) return true;
 #ifdef __x86_64__
-  if (__builtin_cpu_supports("fma") == 0) return false;
-  if (isa == Isa::avx2) return __builtin_cpu_supports("avx2") != 0;
-  return __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
-         __builtin_cpu_supports("avx512vl") != 0 && __builtin_cpu_supports("avx512dq") != 0;
+  if (!__builtin_cpu_supports("fma")) return false;
+  if (isa == Isa::avx2) return __builtin_cpu_supports("avx2");
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
 #else
   return false;
 #endif

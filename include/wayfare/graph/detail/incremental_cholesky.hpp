@@ -131,8 +131,8 @@ class IncrementalCholesky {
   bool suspicious(Clique& clique) const;
   bool nearly_undetermined(int root);
   void find_probes(Clique& clique);
-  Vector scales_of(int variable) const;
-  FactorOutcome judge() const;
+  [[nodiscard]] Vector scales_of(int variable) const;
+  [[nodiscard]] FactorOutcome judge() const;
 
   void assemble(Clique& clique);
   void number_slots(const Clique& clique);
@@ -143,7 +143,7 @@ class IncrementalCholesky {
   static double flops(const Clique& clique);
   void substitute(Clique& clique, double threshold, ChangeUnit unit);
   static double* information_of(Clique& clique, int frontal);
-  bool separator_changed(const Clique& clique) const;
+  [[nodiscard]] bool separator_changed(const Clique& clique) const;
 
   std::vector<Term> terms_;
   std::vector<std::pair<int, int>> ends_;

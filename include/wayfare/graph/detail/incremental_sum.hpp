@@ -29,6 +29,7 @@ class IncrementalSum {
   /// Updates the partial sums that have changed since the last call.
   [[nodiscard]] double total() {
     // Parents are appended after all nodes of the level below: level by level up to the root.
+    // NOLINTNEXTLINE(modernize-loop-convert): touch() appends to stale_
     for (std::size_t next = 0; next < stale_.size(); ++next) {
       const std::size_t node = stale_[next];
       is_stale_[node] = 0;

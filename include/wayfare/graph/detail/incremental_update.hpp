@@ -106,7 +106,7 @@ void IncrementalGraphOptimiser<Graph>::relinearise_far(double threshold) {
   if (!(threshold >= far_step_)) {  // the list may be incomplete
     far_.clear();
     for (std::size_t i = 0; i < admitted_variables_; ++i) {
-      is_far_[i] = column_of_[i] >= 0;
+      is_far_[i] = column_of_[i] >= 0 ? 1 : 0;
       if (is_far_[i] != 0) far_.push_back(static_cast<int>(i));
     }
   }
@@ -314,7 +314,7 @@ void IncrementalGraphOptimiser<Graph>::withdraw() {
 /// pending again, so the next update admits everything.
 template <class Graph>
 Error IncrementalGraphOptimiser<Graph>::restore(const typename Growing::Solved& before) {
-  const Error error = cost_overflow(graph_);
+  Error error = cost_overflow(graph_);
   for (std::size_t i = moved_.size(); i-- > 0;)
     Growing::set_value(graph_, moved_[i].variable, moved_[i].before);
   this->unsettle(before);

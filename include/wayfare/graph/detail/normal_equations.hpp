@@ -68,7 +68,7 @@ class NormalEquations {
     bool first = false;  // of the edges with this coupling
   };
 
-  bool same_structure(const PoseGraph<G>& graph) const;
+  [[nodiscard]] bool same_structure(const PoseGraph<G>& graph) const;
 
   void find_addresses();
 
