@@ -8,7 +8,9 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/map/point_maps.hpp>
+#include <wayfare/map/ndt_map.hpp>
+#include <wayfare/map/surface_map.hpp>
+#include <wayfare/map/voxel_filter.hpp>
 
 #include "abuse/abuse.hpp"
 #include "abuse/map_cases.hpp"

@@ -1,4 +1,4 @@
-#include <wayfare/map/point_maps.hpp>
+#include <wayfare/map/surface_map.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/map/ndt_map.hpp>
+#include <wayfare/map/voxel_filter.hpp>
 
 namespace wayfare {
 namespace {

@@ -6,7 +6,8 @@
 #include <span>
 #include <string_view>
 
-#include <wayfare/map/point_maps.hpp>
+#include <wayfare/map/ndt_map.hpp>
+#include <wayfare/map/surface_map.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
 namespace wayfare {

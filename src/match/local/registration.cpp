@@ -8,7 +8,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include <wayfare/map/point_maps.hpp>
+#include <wayfare/map/surface_map.hpp>
 
 namespace wayfare::detail {
 

@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-#include <wayfare/map/point_maps.hpp>
+#include <wayfare/map/voxel_filter.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 
 namespace wayfare {

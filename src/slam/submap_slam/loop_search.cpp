@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/core/parallel.hpp>
-#include <wayfare/map/point_maps.hpp>
+#include <wayfare/map/voxel_filter.hpp>
 #include <wayfare/match/correlative.hpp>
 
 #include "slam/matched.hpp"
