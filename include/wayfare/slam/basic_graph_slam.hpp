@@ -11,6 +11,7 @@
 #include <wayfare/match/scan_matcher.hpp>
 #include <wayfare/slam/detail/graph_slam/engine.hpp>
 #include <wayfare/slam/detail/graph_slam/matcher_matching.hpp>
+#include <wayfare/slam/detail/graph_slam/run_over.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
 namespace wayfare {

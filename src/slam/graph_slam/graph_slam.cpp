@@ -2,6 +2,7 @@
 
 #include <wayfare/slam/detail/graph_slam/engine.hpp>
 #include <wayfare/slam/detail/graph_slam/field_matching.hpp>
+#include <wayfare/slam/detail/graph_slam/run_over.hpp>
 
 namespace wayfare {
 

@@ -28,7 +28,6 @@
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/graph_slam.hpp>
-#include <wayfare/sync/odometry_track.hpp>
 
 namespace wayfare::detail {
 
@@ -333,28 +332,5 @@ class GraphSlamEngine {
   Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // covariance of the motion since the node
   GraphSlamStatistics statistics_;
 };
-
-/// Runs a graph SLAM over a recording; `state`, if given, becomes that after the last scan.
-template <class Slam>
-Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamProgress& progress,
-                              std::vector<std::uint8_t>* state) {
-  const OdometryTrack odometry(recording.odometry);
-  ScanDeskewer deskewer(recording.T_base_laser);
-  auto refused = feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
-    return add_deskewed(deskewer, recording, i, [&](const LaserScan& scan) {
-      return slam.add_scan(scan, odometry.at(scan.time));
-    });
-  });
-  if (!refused) return refused.error();
-  if (state != nullptr) *state = slam.save();
-  if (auto ok = slam.finish(); !ok) return ok.error();
-  OccupancyGrid map = slam.map();
-  // One piece with odometry is not checked: it costs a tenth of the run.
-  const bool is_checked = recording.odometry.empty() || slam.statistics().pieces > 1;
-  const WallCrossings crossings = is_checked ? slam.wall_crossings(map) : WallCrossings();
-  return GraphSlamRun{slam.trajectory(), slam.graph(),   std::move(map),
-                      slam.statistics(), refused->count, std::move(refused->first),
-                      crossings};
-}
 
 }  // namespace wayfare::detail
