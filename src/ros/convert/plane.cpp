@@ -30,11 +30,6 @@ double next(double value, int steps) {
   return value;
 }
 
-bool is_unit(const Quaternion& q) {
-  const double norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  return std::abs(norm - 1.0) < 1e-2;  // false for NaN
-}
-
 TransformParts parts(const SE3d& t) {
   const auto& q = t.rotation().quaternion();
   return {{t.translation().x(), t.translation().y(), t.translation().z()},
