@@ -102,9 +102,9 @@ TEST_P(Recordings, RoundTripToTheBit) {
 //! [round trip]
 
 TEST_P(Recordings, OfARealLogRoundTripToTheBit) {
-  const std::string log = WAYFARE_DATA_DIR "/slam2d/intel.clf.gz";
+  WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
   const auto wanted = io::read_carmen(log);
-  if (!wanted) GTEST_SKIP() << "needs " << log;
+  ASSERT_TRUE(wanted) << wanted.error().to_string();
   write_sample(path(), wanted->recording);
   const auto run = read_back(path());
   ASSERT_TRUE(run) << why(run);

@@ -11,6 +11,8 @@
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording.hpp>
 
+#include "io/support.hpp"
+
 namespace wayfare {
 namespace {
 
@@ -23,8 +25,9 @@ constexpr const char* kImu = "/sensor_platform/imu";
 class RioBag : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto file = ros::RecordingFile::open(kFolder + "ti_mmwave_rospkg_demo.bag.gz");
-    if (!file) GTEST_SKIP() << "needs " << kFolder;
+    WAYFARE_NEEDS_RECORDING(bag, "radar/rio_demo/ti_mmwave_rospkg_demo.bag.gz");
+    const auto file = ros::RecordingFile::open(bag);
+    ASSERT_TRUE(file) << file.error().to_string();
     file_ = *file;
     ASSERT_TRUE(file_->problems().empty());
   }
