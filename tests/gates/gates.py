@@ -46,16 +46,33 @@ def below_tests(names):
 # Folders of tests: what is made of one part, of several, and programs. Each gate takes what fits its minutes.
 PARTS = below_tests("core decode eval filter gnss graph inertial io map match motion sensors sim sync")
 SYSTEMS = below_tests("abuse logger nav pedestrian ros ros2 slam tune")
-PROGRAMS = [*below_tests("fuzz headers programs"), "examples/tour"]
+PROGRAMS = [*below_tests("fuzz headers programs"), "examples"]
+ELSE = below_tests("compile_fail consumer docs soak tutorials")  # gates tests, consumers, documents, soaks
 THREADED = below_tests("core filter graph logger nav ros sim slam tune")
 
 
 def all_of(places):
-    """The targets of folders."""
+    """The targets of folders; the gate stops where a folder of tests is in no list."""
+    listed = {*PARTS, *SYSTEMS, *PROGRAMS, *ELSE}
+    forgotten = {f"tests/{f.parent.name}" for f in (ROOT / "tests").glob("*/CMakeLists.txt")} - listed
+    if forgotten:
+        raise Stopped("folders", "failed", f"no gate runs the tests of {', '.join(sorted(forgotten))}")
     return [f"{place}/all" for place in places]
 
 
-def address(run, places=tuple(PARTS)):
+def address(run):
+    addresses(run, PARTS)
+
+
+def address_systems(run):
+    addresses(run, SYSTEMS)
+
+
+def address_programs(run):
+    addresses(run, PROGRAMS)
+
+
+def addresses(run, places):
     """NDEBUG is not defined: assertions of Eigen and the library are on. The three gates share a folder."""
     folder = run.folder.parent / "address"
     flags = f"{SANITIZED} -fsanitize=address,undefined,float-cast-overflow {coverage.FLAGS}"
@@ -64,14 +81,6 @@ def address(run, places=tuple(PARTS)):
     builds.test(run, folder=folder, environment=coverage.environment(folder) | {
         "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
         "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=ELSEWHERE, places=places)
-
-
-def address_systems(run):
-    address(run, SYSTEMS)
-
-
-def address_programs(run):
-    address(run, [*PROGRAMS, "examples"])
 
 
 def thread(run):
