@@ -132,7 +132,7 @@ Result<void> write(const Options& o, const RestRecord& record, const UnitFit& fi
   report.table(gauss_markov_table(fit), "Slow errors from the autocorrelation");
   for (const std::string& remark : remarks(fit)) report.paragraph(remark);
   for (const io::Plot& plot : allan_plots(fit)) report.plot(plot);
-  const auto done = first_error(
+  auto done = first_error(
       {o.out.empty() ? Result<void>{} : write_parameters(o, fit), o.write_report(report)});
   if (done && !o.quiet && !o.out.empty())
     std::printf("parameters: %s\nreport: %s\n", o.path(kParameters).c_str(),

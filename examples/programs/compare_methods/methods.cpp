@@ -29,7 +29,7 @@ std::string lacks_unit(const MethodData& d) {
   return d.unit ? "" : "the log has no inertial unit, and --unit names none";
 }
 std::string lacks_scans_or_motion(const MethodData& d) {
-  const std::string scans = lacks_scans(d);
+  std::string scans = lacks_scans(d);
   if (!scans.empty() || !motion_of(d.recording).empty()) return scans;
   return "the log has neither gyro and wheels nor odometry";
 }

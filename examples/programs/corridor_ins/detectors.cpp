@@ -61,7 +61,7 @@ void add_detector_facts(const std::vector<DetectorEpoch>& epochs, Facts& facts) 
     tracked += e.tracked ? 1 : 0, windows += e.windows ? 1 : 0, acquired += e.acquired ? 1 : 0;
     if (e.tracked && e.windows) off.push_back(std::abs(difference_deg(e)));
   }
-  const double n = static_cast<double>(epochs.size());
+  const auto n = static_cast<double>(epochs.size());
   facts.emplace_back("tracking", eval::fixed(tracked_us / n, 1) + " us a scan, walls in " +
                                      std::to_string(tracked) + " scans, " +
                                      std::to_string(acquired) + " acquisitions");

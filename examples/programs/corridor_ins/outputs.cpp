@@ -88,7 +88,7 @@ void draw_scan(io::MapPainter& painter, const LaserScan& scan, const CorridorSca
 
 /// Eight scans, evenly distributed over the run.
 io::Image walls_picture(const CorridorOutputs& o) {
-  constexpr int kColumns = 4, kRows = 2;
+  constexpr std::size_t kColumns = 4, kRows = 2;
   io::GridImage grid;
   grid.resolution_m = 0.05;
   const auto panel = static_cast<std::size_t>(kPanel_m / grid.resolution_m);
@@ -101,9 +101,9 @@ io::Image walls_picture(const CorridorOutputs& o) {
     const CorridorEpoch& e = o.run.epochs[(2 * i + 1) * o.run.epochs.size() / (2 * kScans)];
     const auto scan = std::lower_bound(o.recording.scans.begin(), o.recording.scans.end(), e.time,
                                        [](const LaserScan& s, LogTime t) { return s.time < t; });
-    const auto column = static_cast<double>(i % kColumns), row = static_cast<double>(i / kColumns);
+    const std::size_t row = i / kColumns, column = i % kColumns;
     draw_scan(painter, *scan, e.update,
-              {(column + 0.5) * kPanel_m, (kRows - row - 0.5) * kPanel_m});
+              {(double(column) + 0.5) * kPanel_m, (kRows - double(row) - 0.5) * kPanel_m});
   }
   return painter.picture();
 }

@@ -1,6 +1,7 @@
 // Streams of GNSS receivers: UBX and NMEA 0183.
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <string>
@@ -100,7 +101,7 @@ void add_epoch(Csv& csv, std::size_t message, const decode::UbxRawx& raw) {
 void add(Csv& csv, const std::optional<double>& value) { value ? csv.field(*value) : csv.empty(); }
 
 std::string clock_of(double time_of_day_s) {
-  const auto ms = static_cast<int>(time_of_day_s * 1e3 + 0.5);
+  const auto ms = static_cast<int>(std::lround(time_of_day_s * 1e3));
   return formatted("%02d:%02d:%06.3f", ms / 3600000, ms / 60000 % 60, ms % 60000 / 1e3);
 }
 

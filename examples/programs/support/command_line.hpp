@@ -89,6 +89,7 @@ class CommandLine {
   Option add_choice(const std::string& name, Value& value,
                     const std::map<std::string, Value>& choices, const std::string& help) {
     std::vector<std::string> words;
+    words.reserve(choices.size());
     for (const auto& choice : choices) words.push_back(choice.first);
     return add_word(name, help,
                     [&value, choices](const std::string& word) { value = choices.at(word); })
@@ -113,7 +114,7 @@ class CommandLine {
  private:
   Option add(CLI::Option* option, const std::string& name, std::string value,
              const std::string& help);
-  int refuse(const std::string& message, int code) const;
+  [[nodiscard]] int refuse(const std::string& message, int code) const;
   [[nodiscard]] std::string unknown_option() const;
 
   std::unique_ptr<CLI::App> app_;

@@ -85,12 +85,18 @@ template <std::ranges::random_access_range Values, class Projection = std::ident
 
 namespace detail {
 
+// Of a positive number.
+inline double log_gamma(double a) {
+  return std::lgamma(a);  // NOLINT(concurrency-mt-unsafe): another thread changes the sign it
+                          // stores, not the result
+}
+
 // Regularised lower incomplete gamma function by its power series (Abramowitz and Stegun 1964,
 // 6.5.29): converges quickly for x < a + 1.
 inline double gamma_p_series(double a, double x) {
   double term = 1.0 / a, sum = term;
   for (double n = a + 1.0; term > sum * 1e-17; n += 1.0) sum += term *= x / n;
-  return sum * std::exp(a * std::log(x) - x - std::lgamma(a));
+  return sum * std::exp(a * std::log(x) - x - log_gamma(a));
 }
 
 // The upper one by its continued fraction (6.5.31), by Lentz's forward method: for x ≥ a + 1.
@@ -104,7 +110,7 @@ inline double gamma_q_fraction(double a, double x) {
     factor = c * d;
     h *= factor;
   }
-  return h * std::exp(a * std::log(x) - x - std::lgamma(a));
+  return h * std::exp(a * std::log(x) - x - log_gamma(a));
 }
 
 }  // namespace detail

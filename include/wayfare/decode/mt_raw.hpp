@@ -146,10 +146,11 @@ void for_each_raw_packet(Bytes data, std::uint16_t kind, F&& f) {
   const auto celsius = [](const std::uint8_t* p) { return load_be<std::int16_t>(p) / 256.0; };
   detail::for_each_raw_packet(data, 0xA010, [&](Bytes b) {
     MtRaw raw;
-    for (int i = 0; i < 3; ++i) {
-      raw.accelerometer[i] = load_be<std::uint16_t>(&b[static_cast<std::size_t>(2 * i)]);
-      raw.gyroscope[i] = load_be<std::uint16_t>(&b[static_cast<std::size_t>(6 + 2 * i)]);
-      raw.magnetometer[i] = load_be<std::uint16_t>(&b[static_cast<std::size_t>(12 + 2 * i)]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      raw.accelerometer[axis] = load_be<std::uint16_t>(&b[2 * i]);
+      raw.gyroscope[axis] = load_be<std::uint16_t>(&b[6 + 2 * i]);
+      raw.magnetometer[axis] = load_be<std::uint16_t>(&b[12 + 2 * i]);
     }
     raw.temperature = load_be<std::uint16_t>(&b[18]);
     readings.counts = raw;

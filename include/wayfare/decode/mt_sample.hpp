@@ -72,7 +72,7 @@ namespace detail {
 /// A matrix is sent column by column.
 template <int Rows, int Columns>
 bool take(const MtPacket& p, std::optional<Eigen::Matrix<double, Rows, Columns>>& to) {
-  const auto values = p.reals<std::size_t{Rows * Columns}>();
+  const auto values = p.reals<std::size_t{Rows} * std::size_t{Columns}>();
   if (values) to = Eigen::Map<const Eigen::Matrix<double, Rows, Columns>>(values->data());
   return values.has_value();
 }

@@ -203,7 +203,8 @@ class RplidarRevolutions {
   /// From one point to the next, by the shorter way.
   static int advance_q6(const RplidarPoint& from, const RplidarPoint& to) {
     const int step_q6 = int{to.angle_q6} - int{from.angle_q6};
-    return step_q6 - (step_q6 > kTurn_q6 / 2) * kTurn_q6 + (step_q6 < -kTurn_q6 / 2) * kTurn_q6;
+    if (step_q6 > kTurn_q6 / 2) return step_q6 - kTurn_q6;
+    return step_q6 < -kTurn_q6 / 2 ? step_q6 + kTurn_q6 : step_q6;
   }
 
   /// Less than a turn and a half from the first point to the last, by sixteen steps between them.

@@ -25,21 +25,14 @@ inline constexpr std::array<std::uint8_t, 8> kTiMagic = {2, 1, 4, 3, 6, 5, 8, 7}
 [[nodiscard]] inline std::size_t find_ti_magic(Bytes bytes, std::size_t from) {
   // Distance from byte value v in the word to its end; 8 where it is not part of the word.
   constexpr std::array<std::uint8_t, 9> kShift = {8, 6, 7, 4, 5, 2, 3, 8, 1};
-  const std::uint64_t word = load_le<std::uint64_t>(kTiMagic.data());
+  const auto word = load_le<std::uint64_t>(kTiMagic.data());
   if (bytes.size() < 8) return bytes.size();
   const std::size_t last_start = bytes.size() - 8;
   std::size_t at = from;
   while (at <= last_start) {
     const std::uint8_t last = bytes[at + 7];
-    if (last > 8) {
-      at += 8;
-    } else if (last != 7) {
-      at += kShift[last];
-    } else if (load_le<std::uint64_t>(&bytes[at]) == word) {
-      return at;
-    } else {
-      at += 8;
-    }
+    if (last == 7 && load_le<std::uint64_t>(&bytes[at]) == word) return at;
+    at += last < kShift.size() ? kShift[last] : 8;
   }
   return bytes.size();
 }

@@ -186,7 +186,8 @@ inline TiPoint TiFrame::converted_point(std::size_t i) const {
     const auto angle = [&](std::size_t k) {
       return real(4 * k) * static_cast<float>(static_cast<std::int8_t>(coordinates_[at + k]));
     };
-    const float range = real(12) * load_le<std::uint16_t>(&coordinates_[at + 4]);
+    const float range =
+        real(12) * static_cast<float>(load_le<std::uint16_t>(&coordinates_[at + 4]));
     detail::set_spherical(point, range, angle(1), angle(0));
     point.doppler_mps = real(8) * whole(at + 2);
     point.peak = load_le<std::uint16_t>(&coordinates_[at + 6]);

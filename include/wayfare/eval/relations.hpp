@@ -88,7 +88,7 @@ namespace detail {
 [[nodiscard]] inline std::optional<SE2d> end_of_relation(std::span<const StampedPose> trajectory,
                                                          LogTime time,
                                                          const RelationsOptions& options) {
-  const std::optional<SE2d> between = pose_at(trajectory, time, options.gaps);
+  std::optional<SE2d> between = pose_at(trajectory, time, options.gaps);
   if (!between || !options.nearest_pose) return between;
   auto at = std::partition_point(trajectory.begin(), trajectory.end(),
                                  [&](const StampedPose& s) { return s.time < time; });

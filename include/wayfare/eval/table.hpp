@@ -84,7 +84,7 @@ class Table {
     std::vector<std::string> headings, rule;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       headings.push_back(heading(columns_[c]));
-      rule.push_back(std::string(widths[c], '-'));
+      rule.emplace_back(widths[c], '-');
     }
     std::string text = line(headings, widths) + line(rule, widths);
     for (const auto& row : rows_) text += line(row, widths);

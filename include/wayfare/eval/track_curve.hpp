@@ -65,7 +65,7 @@ using Track = std::vector<TrackPoint>;  ///< in order of time
   Eigen::Vector3d sign = Eigen::Vector3d::Ones();
   if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) sign.z() = -1.0;
   // On a line the least rotation is taken.
-  const Eigen::Vector3d sizes = svd.singularValues();
+  const Eigen::Vector3d& sizes = svd.singularValues();
   if (sizes[1] <= 1e-9 * sizes[0] && sizes[0] > 0.0) {
     const SO3d least(
         Eigen::Quaterniond::FromTwoVectors(svd.matrixV().col(0), svd.matrixU().col(0)));

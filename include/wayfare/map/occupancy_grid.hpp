@@ -154,7 +154,7 @@ void OccupancyGrid::for_each_row(const CellBox& box, const Visit& visit) const {
       const int left = std::max(box.min.x, corner.x);
       const int right = std::min(box.max.x, corner.x + Tiles::kSide - 1);
       const int top = std::min(box.max.y, corner.y + Tiles::kSide - 1);
-      const auto columns = static_cast<std::size_t>(right - left + 1);
+      const auto columns = static_cast<std::size_t>(right - left) + 1;
       for (Cell at{left, std::max(box.min.y, corner.y)}; at.y <= top; ++at.y)
         visit(at, std::span(*tile).subspan(Tiles::offset_in_tile(at), columns));
     }

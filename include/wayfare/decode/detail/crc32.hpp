@@ -34,7 +34,7 @@ inline constexpr Crc32Tables kCrc32Tables = crc32_tables();
   std::size_t i = 0;
   for (; i + 8 <= bytes.size(); i += 8) {
     const std::uint32_t low = load_le<std::uint32_t>(&bytes[i]) ^ sum;
-    const std::uint32_t high = load_le<std::uint32_t>(&bytes[i + 4]);
+    const auto high = load_le<std::uint32_t>(&bytes[i + 4]);
     sum = t[7][low & 0xFFU] ^ t[6][low >> 8 & 0xFFU] ^ t[5][low >> 16 & 0xFFU] ^ t[4][low >> 24] ^
           t[3][high & 0xFFU] ^ t[2][high >> 8 & 0xFFU] ^ t[1][high >> 16 & 0xFFU] ^
           t[0][high >> 24];

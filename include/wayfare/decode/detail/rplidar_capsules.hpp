@@ -11,9 +11,7 @@
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/decode/rplidar_point.hpp>
 
-namespace wayfare::decode {
-
-namespace detail {
+namespace wayfare::decode::detail {
 
 /// Angles of a capsule's points: evenly spaced from its start to the next one's.
 struct CapsuleAngles {
@@ -127,6 +125,4 @@ class UltraDensePoints {
   bool started_ = false;  ///< the point before began a revolution
 };
 
-}  // namespace detail
-
-}  // namespace wayfare::decode
+}  // namespace wayfare::decode::detail

@@ -95,7 +95,7 @@ class MadeMap final : public GrowingMap {
     if (!*map_) return map_->error();
     return matcher_.match(**map_, points, prior, window, options);
   }
-  std::size_t memory_bytes() const override {
+  [[nodiscard]] std::size_t memory_bytes() const override {
     std::size_t bytes = 0;
     for (const auto& p : points_) bytes += 2 * sizeof(float) * p->size();
     if constexpr (requires(const typename M::Map& map) { map.memory_bytes(); })
@@ -126,7 +126,7 @@ class GridMap final : public GrowingMap {
                                            const MatchOptions& options) override {
     return matcher_.match(grid_.tables(), points, prior, window, options);
   }
-  std::size_t memory_bytes() const override { return grid_.memory_bytes(); }
+  [[nodiscard]] std::size_t memory_bytes() const override { return grid_.memory_bytes(); }
 
  private:
   M matcher_;
@@ -146,7 +146,7 @@ class GridView final : public GrowingMap {
                                            const MatchOptions& options) override {
     return matcher_.match(grid_->tables(), points, prior, window, options);
   }
-  std::size_t memory_bytes() const override { return 0; }
+  [[nodiscard]] std::size_t memory_bytes() const override { return 0; }
 
  private:
   M matcher_;
@@ -172,7 +172,7 @@ class TableMap final : public MatchedMap {
                                            const MatchOptions& options) override {
     return matcher_.match(tables_, points, prior, window, options);
   }
-  std::size_t memory_bytes() const override { return detail::memory_bytes(tables_); }
+  [[nodiscard]] std::size_t memory_bytes() const override { return detail::memory_bytes(tables_); }
 
  private:
   M matcher_;
