@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>

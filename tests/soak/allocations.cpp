@@ -7,7 +7,6 @@
 // the same bytes afterwards.
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -18,7 +17,9 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/io/bag.hpp>
 #include <wayfare/io/mcap.hpp>
+#include <wayfare/nav/corridor_ins.hpp>
 
 #include "abuse/decode_streams.hpp"
 #include "abuse/graph_cases.hpp"
@@ -26,78 +27,15 @@
 #include "abuse/slam_localisation_support.hpp"
 #include "abuse/slam_radar_support.hpp"
 #include "abuse/slam_support.hpp"
-
-// Eigen's matrices come from malloc: the linker gives calls of our objects to __wrap_malloc.
-extern "C" void* __real_malloc(std::size_t size);
-
-namespace {
-
-/// Allocations until one fails, and then how many until the next; negative: none fails.
-std::atomic<long> failing_in{-1}, failing_every{0};
-std::atomic<long> allocations{0};
-
-bool fails() {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  if (failing_in.load(std::memory_order_relaxed) < 0) return false;
-  if (failing_in.fetch_sub(1, std::memory_order_relaxed) != 0) return false;
-  failing_in.store(failing_every.load() > 0 ? failing_every.load() - 1 : -1);
-  return true;
-}
-
-void* allocated(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) {
-  void* memory = nullptr;
-  if (!fails())
-    memory = alignment <= alignof(std::max_align_t)
-                 ? __real_malloc(std::max<std::size_t>(size, 1))
-                 : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return allocated(size); }
-void* operator new[](std::size_t size) { return allocated(size); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return allocated(size, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t size, std::align_val_t alignment) {
-  return allocated(size, static_cast<std::size_t>(alignment));
-}
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  return fails() ? nullptr : __real_malloc(std::max<std::size_t>(size, 1));
-}
-void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
-  return fails() ? nullptr : __real_malloc(std::max<std::size_t>(size, 1));
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-
-extern "C" void* __wrap_malloc(std::size_t size) { return fails() ? nullptr : __real_malloc(size); }
+#include "failing_allocations.hpp"
+#include "io/mcap_samples.hpp"
+#include "nav/gnss_ins_support.hpp"
 
 namespace wayfare::tests {
 namespace {
 
 /// What a run gave: numbers, or the text of an Error.
 using Bytes = std::vector<double>;
-
-/// Allocations fail in its life where it is meant to; nothing fails outside.
-class Failures {
- public:
-  Failures(long in, long every) {
-    failing_every = every;
-    failing_in = in;
-  }
-  ~Failures() { failing_in = -1; }
-  Failures(const Failures&) = delete;
-  Failures& operator=(const Failures&) = delete;
-};
 
 struct Scenario {
   std::string name;
@@ -146,6 +84,116 @@ Scenario engine(const std::string& name, int scans) {
             failing_in = -1;
             return numbers_of(driver);
           }};
+}
+
+/// Ranges to satellites and inertial readings of a drive of seconds, smoothed.
+Scenario gnss_ins() {
+  const Drive drive{.rest_s = 0.5};
+  const Simulated simulated = simulate(drive, 3.0, 0.02);
+  const auto epochs = simulate_ranges(drive, simulated, 0.5, {}, 7);
+  return {"GNSS/INS", [=] {
+            GnssInsOptions options;
+            options.smoothing_lag_s = 1.0;
+            GnssIns ins(options);
+            patiently([&] { ins.start({simulated.truth.front(), 1.0, 0.1, 0.01, 0.05}); });
+            auto next = epochs.begin();
+            for (const ImuSample& sample : simulated.imu) {
+              patiently([&] { (void)ins.add(sample); });
+              // Half a second late: replayed.
+              if (next == epochs.end() || sample.time < next->time + std::chrono::milliseconds(500))
+                continue;
+              patiently([&] { (void)ins.add(*next); });
+              ++next;
+            }
+            failing_in = -1;
+            if (!ins.started()) return Bytes{};
+            const GnssInsEstimate e = ins.estimate();
+            const Eigen::Vector3d q = e.nav.q_nb.log();
+            return Bytes{e.nav.position.latitude.radians(), e.nav.position.height_m, q.z(),
+                         e.covariance.trace()};
+          }};
+}
+
+Scenario corridor_ins() {
+  return {"corridor INS", [] {
+            CorridorIns ins;
+            for (int k = 0; k < 20; ++k) {
+              const double dt_s = to_seconds(time_of_drive(k + 1) - time_of_drive(k));
+              const SE2d step = pose_of_drive(k).inverse() * pose_of_drive(k + 1);
+              patiently([&] {
+                (void)ins.add_motion(
+                    {time_of_drive(k), step.rotation().angle().radians() / dt_s, step.x() / dt_s});
+              });
+              patiently([&] { (void)ins.add_scan(scan_of_drive(k)); });
+            }
+            failing_in = -1;
+            const SE2d pose = ins.pose();
+            return Bytes{pose.x(), pose.y(), pose.rotation().sin(), ins.covariance().trace()};
+          }};
+}
+
+constexpr int kMessages = 12;
+
+/// Two topics in chunks of some messages.
+std::string small_mcap() {
+  const auto bytes = std::make_shared<std::string>();
+  auto writer =
+      io::McapWriter::create(std::make_unique<testing::MemorySink>(bytes), {.chunk_bytes = 256});
+  const std::uint16_t channels[] = {*writer->add_channel("/a", "bytes", 0),
+                                    *writer->add_channel("/b", "bytes", 0)};
+  for (int k = 0; k < kMessages; ++k)
+    (void)writer->write(channels[k % 2], LogTime::from_seconds(kMessages - k), LogTime(),
+                        std::string(60, 'm'));
+  (void)writer->close();
+  return *bytes;
+}
+
+std::string small_bag() {
+  io::BagWriter writer(256);
+  const std::uint32_t connections[] = {
+      writer.add_connection({.topic = "/a", .type = "t/A", .md5 = std::string(32, '0')}),
+      writer.add_connection({.topic = "/b", .type = "t/B", .md5 = std::string(32, '1')})};
+  for (int k = 0; k < kMessages; ++k)
+    (void)writer.write(connections[k % 2], LogTime::from_seconds(k + 1), std::string(60, 'b'));
+  return writer.finish();
+}
+
+void append(Bytes& seen, const std::string& topic, std::string_view data, LogTime time) {
+  seen.push_back(static_cast<double>(std::hash<std::string_view>()(topic) % 1000));
+  seen.push_back(static_cast<double>(data.size()));
+  seen.push_back(time.seconds());
+}
+
+/// Opened and read, whole and without the index at the end.
+std::vector<Scenario> recordings() {
+  const std::string mcap = small_mcap(), bag = small_bag();
+  std::vector<Scenario> all;
+  for (const bool whole : {true, false}) {
+    const std::string how = whole ? ", indexed" : ", cut";
+    all.push_back({"MCAP" + how, [bytes = mcap.substr(0, whole ? mcap.size() : mcap.size() / 2)] {
+                     Bytes seen;
+                     const auto reader = io::McapReader::parse(bytes, "memory");
+                     if (!reader) return bytes_of(reader.error().message);
+                     (void)reader->read({io::McapOrder::log_time}, [&](const io::McapMessage& m) {
+                       append(seen, m.channel->topic, m.data, m.log_time);
+                       return true;
+                     });
+                     return seen;
+                   }});
+    all.push_back({"bag" + how, [bytes = bag.substr(0, whole ? bag.size() : bag.size() * 2 / 3)] {
+                     Bytes seen;
+                     const auto reader = io::BagReader::parse(bytes, "memory");
+                     if (!reader) return bytes_of(reader.error().message);
+                     (void)reader->read([&](const io::BagMessage& m) {
+                       append(seen, m.connection->topic, m.data, m.time);
+                       return true;
+                     });
+                     return seen;
+                   }});
+  }
+  all.push_back({"MCAP writer", [] { return bytes_of(small_mcap()); }});
+  all.push_back({"bag writer", [] { return bytes_of(small_bag()); }});
+  return all;
 }
 
 std::vector<Scenario> scenarios() {
@@ -202,6 +250,9 @@ std::vector<Scenario> scenarios() {
                    failing_in = -1;
                    return numbers_of(localiser);
                  }});
+  all.push_back(gnss_ins());
+  all.push_back(corridor_ins());
+  for (Scenario& s : recordings()) all.push_back(std::move(s));
   return all;
 }
 

@@ -96,6 +96,11 @@ Result<LikelihoodField> field_of(const Question& q, const ScoreOptions& o) {
   return field;
 }
 
+std::size_t index_of(int column, int row, int columns) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+         static_cast<std::size_t>(column);
+}
+
 /// Cells of a map's frame with values, of which the largest is the brightest.
 struct Heat {
   Eigen::Vector2d corner_m;
@@ -111,7 +116,7 @@ struct Heat {
                         corner_m.y() + rows * cell_m};
     for (int row = rows; row-- > 0;)
       for (int column = 0; column < columns; ++column) {
-        const io::Colour c = heat_colour(values[static_cast<std::size_t>(row * columns + column)]);
+        const io::Colour c = heat_colour(values[index_of(column, row, columns)]);
         below.image.pixels.insert(below.image.pixels.end(), c.begin(), c.end());
       }
     return below;
@@ -137,7 +142,7 @@ std::vector<double> below_best(const ScoreSurface& s) {
 int peaks_of(const std::vector<double>& below, int columns, double nats) {
   int peaks = 0;
   const int rows = static_cast<int>(below.size()) / columns;
-  const auto at = [&](int x, int y) { return below[static_cast<std::size_t>(y * columns + x)]; };
+  const auto at = [&](int x, int y) { return below[index_of(x, y, columns)]; };
   for (int y = 1; y + 1 < rows; ++y)
     for (int x = 1; x + 1 < columns; ++x) {
       bool peak = at(x, y) < nats;
@@ -173,9 +178,9 @@ Result<void> add_surface(const Question& q, const LikelihoodField& field, const 
   scores.surface = io::top_view("Score of a " + q.sensor + " scan, ln p of its best heading");
   scores.surface.image = heat.image();
   const auto best = static_cast<int>(std::min_element(below.begin(), below.end()) - below.begin());
-  add_point(
-      scores.surface, "best score",
-      heat.corner_m + cell * Eigen::Vector2d(best % heat.columns + 0.5, best / heat.columns + 0.5));
+  const int column = best % heat.columns, row = best / heat.columns;
+  add_point(scores.surface, "best score",
+            heat.corner_m + cell * (Eigen::Vector2d(column, row) + Eigen::Vector2d::Constant(0.5)));
   add_point(scores.surface, "pose on the path", q.pose.translation());
   scores.facts.emplace_back("points", std::to_string(q.points.size()));
   scores.facts.emplace_back("range of ln p", eval::fixed(depth, 1));
@@ -237,12 +242,12 @@ Heat tau_heat(const Samples& s, double cell_m) {
     return static_cast<int>(std::floor((high[axis] - low[axis]) / cell_m)) + 1;
   };
   Heat heat{low.matrix(), cell_m, count(0), count(1), {}};
-  heat.values.assign(static_cast<std::size_t>(heat.columns * heat.rows), 0.0);
+  heat.values.assign(index_of(0, heat.rows, heat.columns), 0.0);
   for (std::size_t i = 0; i < s.poses.size(); ++i) {
     const Eigen::Vector2d at = (s.poses[i].translation() - heat.corner_m) / cell_m;
     const int column = std::min(static_cast<int>(at.x()), heat.columns - 1),
               row = std::min(static_cast<int>(at.y()), heat.rows - 1);
-    heat.values[static_cast<std::size_t>(row * heat.columns + column)] += s.tau[i];
+    heat.values[index_of(column, row, heat.columns)] += s.tau[i];
   }
   scale_to_one(heat.values);
   return heat;
@@ -253,7 +258,7 @@ io::Series profile(const char* name, const Question& q, const Samples& s,
                    const std::vector<double>& weights, int axis, double reach_m) {
   const double cell = q.map.resolution_m();
   const int half = static_cast<int>(std::ceil(reach_m / cell));
-  std::vector<double> sums(static_cast<std::size_t>(2 * half + 1), 0.0);
+  std::vector<double> sums(2 * static_cast<std::size_t>(half) + 1, 0.0);
   for (std::size_t i = 0; i < s.poses.size(); ++i) {
     const double off = (q.pose.inverse() * s.poses[i].translation())[axis];
     const int bin = static_cast<int>(std::lround(off / cell)) + half;

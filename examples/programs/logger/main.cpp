@@ -47,7 +47,7 @@ Setter text(std::string& to) {
 }
 
 Setter number(double least, double most, std::function<void(double)> set) {
-  return [least, most, set](const Json& v) -> std::optional<std::string> {
+  return [least, most, set = std::move(set)](const Json& v) -> std::optional<std::string> {
     const double x = v.is_number() ? v.get<double>() : std::nan("");
     if (!(x >= least && x <= most))
       return "must be a number from " + Json(least).dump() + " to " + Json(most).dump();

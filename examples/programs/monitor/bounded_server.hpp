@@ -9,8 +9,8 @@
 #include <mutex>
 #include <string>
 
-// After Eigen: one of its headers redefines a name that Eigen uses.
 #include <httplib.h>
+#undef _res  // a macro of <resolv.h>, and a name in Eigen
 
 namespace wayfare::examples {
 

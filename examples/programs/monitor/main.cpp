@@ -44,7 +44,8 @@ int main(int argc, char** argv) {
   if (const auto code = app.parse(argc, argv)) return *code;
   if (o.recording.empty() && o.live.empty())
     return examples::exit_code("monitor", examples::bad_use("needs a recording or a live logger"));
-  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  const char* const runtime =
+      std::getenv("XDG_RUNTIME_DIR");  // NOLINT(concurrency-mt-unsafe): one thread yet
   if (o.token_file.empty() && runtime != nullptr)
     o.token_file = std::string(runtime) + "/wayfare_monitor_" + std::to_string(o.port) + ".token";
   const auto end = [](int) { end_requested = 1; };

@@ -133,7 +133,7 @@ Result<void> RecordingView::mcap(const std::set<std::string>& topics, const Inte
     std::uint16_t schema = 0;
     for (const io::McapSchema& s : c.schemas) {
       if (s.id != from.schema) continue;
-      if (schemas.count(s.id) == 0) {
+      if (!schemas.contains(s.id)) {
         const auto id = writer->add_schema(s.name, s.encoding, s.data);
         if (!id) return id.error();
         schemas[s.id] = *id;

@@ -138,7 +138,8 @@ struct MonitorServer::Impl {
 
   /// Queries that read much of a recording do not take the slots of the others.
   void query(const char* path, const char* type, Answer answer, bool is_long = false) {
-    server.Get(path, [this, type, answer, is_long](const Request& request, Response& response) {
+    server.Get(path, [this, type, answer = std::move(answer), is_long](const Request& request,
+                                                                       Response& response) {
       const Slot slot(is_long ? long_queries : queries, options.queries);
       if (!slot) return refuse(response, 503, "busy; try again");
       const auto recording = view();
@@ -153,7 +154,8 @@ struct MonitorServer::Impl {
       std::function<Result<void>(const RecordingView&, const Request&, const PieceSink&)>;
 
   void exported(const char* path, const char* type, const char* end, Export write) {
-    server.Get(path, [this, type, end, write](const Request& request, Response& response) {
+    server.Get(path, [this, type, end, write = std::move(write)](const Request& request,
+                                                                 Response& response) {
       const auto recording = view();
       const std::string topic = request.get_param_value("topic");
       if (!recording) return refuse(response, 404, "there is no recording yet");

@@ -129,7 +129,7 @@ class BasicFootTracker {
         filter_.observe<FootFilter::kRateBias>(bias->rate_radps,
                                                bias->sigma_radps * bias->sigma_radps);
     }
-    last_ = e;
+    last_ = static_cast<const ImuSample&>(e);
     has_last_ = true;
   }
 
