@@ -172,7 +172,7 @@ ALL = (
     Gate("fuzz", "fuzz targets of all readers and decoders, from the corpus kept", (*CODE, "tests/fuzz"),
          fuzzing.check, ("clang++",), CLANG_PACKAGES),
     Gate("tidy", "clang-tidy on every translation unit", (*TREE, ".clang-tidy", "benchmarks"), tidy.check,
-         ("clang-tidy", "clang++"), "clang-tidy"),
+         ("clang-tidy", "clang++", "llvm-config"), "clang-tidy libclang-dev llvm-dev"),
     Gate("aarch64", "cross build for 64-bit ARM, unit tests under emulation", TREE, aarch64,
          ("aarch64-linux-gnu-g++", "qemu-aarch64-static"), "g++-aarch64-linux-gnu qemu-user-static"),
     Gate("mutation", "random changes of single tokens that the tests notice", (*CODE, "tests"),

@@ -1,47 +1,41 @@
 """The report of a check: a table as text, as Markdown and as a page."""
 
 import html
-import os
-import platform
 from pathlib import Path
 
-from tree import ROOT, version_of
-
-HEAD = ("gate", "result", "passed", "failed", "skipped", "not run", "minutes", "commit", "figures")
+HEAD = ("gate", "result", "passed", "failed", "skipped", "not run", "minutes", "commit", "figures", "day", "machine")
 
 
 def _rows(results):
     for r in results:
         yield (r.gate.name, r.verdict(), *(str(r.count(s)) for s in ("passed", "failed", "skipped", "not run")),
-               f"{r.seconds / 60:.0f}", r.commit, "; ".join(f"{k} {v}" for k, v in r.figures.items()))
-
-
-def machine():
-    """Processor, cores and tools, in a line."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        model = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        model = platform.machine()
-    tools = [version_of(t).splitlines()[0] for t in ("clang++", "g++", "cmake") if version_of(t)]
-    return f"{model}, {os.cpu_count()} cores; " + "; ".join(tools)
+               f"{r.seconds / 60:.0f}", r.commit, "; ".join(f"{k} {v}" for k, v in r.figures.items()),
+               r.ended[:10], r.machine)
 
 
 def text(results):
     rows = [HEAD, *_rows(results)]
     widths = [max(len(row[k]) for row in rows) for k in range(len(HEAD))]
-    return machine() + "\n" + "\n".join(
+    return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows)
 
 
-def markdown(results):
-    template = (Path(__file__).resolve().parent / "checks.md.in").read_text(encoding="utf-8")
-    lines = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
-    lines += ["| " + " | ".join(row) + " |" for row in _rows(results)]
+def markdown(results, before=""):
+    """The document; rows of gates without a result are those of the document before."""
+    def rows_before(name):
+        return [line for line in before.splitlines() if line.startswith(f"| `{name}` | ")]
+
+    rows, reasons = [], []
+    for r, row in zip(results, _rows(results)):
+        earlier = [] if r.items else rows_before(r.gate.name)
+        is_row = [line.count(" | ") == len(HEAD) - 1 for line in earlier]
+        rows += [line for line, yes in zip(earlier, is_row) if yes] or ["| " + " | ".join((f"`{row[0]}`", *row[1:])) + " |"]
+        reasons += [line for line, yes in zip(earlier, is_row) if not yes and line.count(" | ") == 2]
+        reasons += [f"| `{r.gate.name}` | {count} | {note} |" for note, count in _reasons(r)]
+    lines = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD), *rows]
     gates = "\n".join(f"| `{r.gate.name}` | {r.gate.title} |" for r in results)
-    reasons = "\n".join(f"| `{r.gate.name}` | {count} | {note} |" for r in results for note, count in _reasons(r))
-    return template.replace("@machine@", machine()).replace("@table@", "\n".join(lines)).replace(
-        "@gates@", gates).replace("@reasons@", reasons)
+    template = (Path(__file__).resolve().parent / "checks.md.in").read_text(encoding="utf-8")
+    return template.replace("@table@", "\n".join(lines)).replace("@gates@", gates).replace("@reasons@", "\n".join(reasons))
 
 
 def _reasons(result):
@@ -49,7 +43,7 @@ def _reasons(result):
     counts = {}
     for item in result.items.values():
         if item.state in ("skipped", "not run"):
-            note = (item.note or item.state).splitlines()[0]
+            note = (item.note or item.state).splitlines()[0].replace("|", "/")
             counts[note] = counts.get(note, 0) + 1
     return sorted(counts.items(), key=lambda c: -c[1])
 
@@ -69,7 +63,7 @@ def _page(results):
         rows.append(f'<tr class="{kind}"><th title="{html.escape(r.gate.title)}"><a href="#{row[0]}">{row[0]}</a></th>'
                     f"<td class=verdict>{row[1]}</td>{cells}</tr>")
     parts = [f"<!doctype html><html lang=en><meta charset=utf-8><title>wayfare: checks</title><style>{style}</style>",
-             f"<h1>wayfare: checks</h1><p>{html.escape(machine())}</p><table><tr>",
+             f"<h1>wayfare: checks</h1><table><tr>",
              "".join(f"<th>{h}</th>" for h in HEAD), "</tr>", *rows, "</table>"]
     for r in results:
         parts.append(f"<h2 id={r.gate.name}>{r.gate.name}</h2><p>{html.escape(r.gate.title)}. {html.escape(r.line())}"

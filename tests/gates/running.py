@@ -11,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-from tree import ROOT, commit, digest_of, digest_of_files, version_of
+from tree import ROOT, commit, digest_of, digest_of_files, machine, version_of
 
 STATES = ("passed", "failed", "skipped", "not run")
 
@@ -59,6 +59,7 @@ class Result:
     key: str = ""
     seconds: float = 0.0
     ended: str = ""
+    machine: str = ""
 
     def count(self, state):
         return sum(item.state == state for item in self.items.values())
@@ -135,7 +136,7 @@ class Run:
                     self.keep(stopped.item)
         seconds = time.monotonic() - self.began + (self.before.seconds if same and not self.again else 0)
         result = Result(self.gate, self.items, self.figures, commit(), key, seconds,
-                        time.strftime("%Y-%m-%d %H:%M"))
+                        time.strftime("%Y-%m-%d %H:%M"), machine())
         self._write(result)
         return result
 
@@ -143,7 +144,7 @@ class Run:
         lines = [json.dumps(dataclasses.asdict(i)) + "\n" for i in result.items.values()]
         (self.folder / "items.new").write_text("".join(lines), encoding="utf-8")
         os.replace(self.folder / "items.new", self.folder / "items.jsonl")
-        said = {name: getattr(result, name) for name in ("figures", "commit", "key", "seconds", "ended")}
+        said = {name: getattr(result, name) for name in ("figures", "commit", "key", "seconds", "ended", "machine")}
         (self.folder / "result.json").write_text(json.dumps(said, indent=1), encoding="utf-8")
 
     def keep(self, item):

@@ -1,37 +1,73 @@
-"""clang-tidy on every translation unit, the sources of a target eight at a time."""
+"""clang-tidy on every translation unit: sources of libraries one by one, so that the static analyzer follows
+their paths, the others eight of a target at a time."""
 
 import json
 import re
+import shlex
 
 import builds
-from running import Item, Step
-from tree import ROOT, digest_of, digest_of_unit, version_of
+from headers import HERE
+from running import Item, Step, Stopped
+from tree import ROOT, digest_of, digest_of_file, digest_of_unit, version_of
 
-SOURCE = re.compile(r'#include "([^"]+\.cpp)"')
+INCLUDED = re.compile(r'#include "([^"]+\.cpp)"')
+OPTIONS = ("-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
+           "-DWAYFARE_DATA_DIR=")
+UNITED = ("-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=8")
+OTHER_KERNELS = re.compile(r"_avx(2|512)\.dir/")  # the same source as its baseline
 
 
 def check(run):
-    builds.configure(run, "-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_UNITY_BUILD=ON",
-                     "-DCMAKE_UNITY_BUILD_BATCH_SIZE=8", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-DWAYFARE_DATA_DIR=")
-    rules = ((ROOT / ".clang-tidy").read_text(encoding="utf-8"), version_of("clang-tidy"))
-    steps, covered = [], set()
-    for unit in json.loads((run.folder / "compile_commands.json").read_text(encoding="utf-8")):
-        name = unit["file"]
-        if name.startswith(str(run.folder)) and "/Unity/" not in name:
-            continue  # generated code
-        with open(name, encoding="utf-8") as file:
-            sources = SOURCE.findall(file.read()) if "/Unity/" in name else [name]
-        if re.search(r"_avx(2|512)\.dir/", unit["output"] if "output" in unit else unit["command"]):
-            continue  # the same source as its baseline
-        covered.update(sources)
-        words = [re.sub(r"^.*/(tests|src|examples|benchmarks)/", r"\1/", s) for s in sources]
-        label = words[0] + (f" and {len(words) - 1} more" if len(words) > 1 else "")
-        steps.append(Step(label, ["clang-tidy", "--quiet", "--checks=-bugprone-suspicious-include", "-p", run.folder, name],
-                          digest_of(*(digest_of_unit(s) for s in sources), *rules), timeout_s=600, verdict=_verdict))
-    run.figure("sources", len(covered))
+    plugin = _plugin(run)
+    units = _units(run, "united", *UNITED, of=lambda place: not place.startswith("src/"))
+    units += _units(run, "single", of=lambda place: place.startswith("src/"))
+    if not units:
+        raise Stopped("units", "failed", "no translation unit was found")
+    (run.folder / "compile_commands.json").write_text(json.dumps([unit for unit, _ in units]), encoding="utf-8")
+    rules = ((ROOT / ".clang-tidy").read_text(encoding="utf-8"), version_of("clang-tidy"), digest_of_file(plugin))
+    steps = []
+    for unit, sources in units:
+        label = _place(sources[0]) + (f" and {len(sources) - 1} more" if len(sources) > 1 else "")
+        command = ["clang-tidy", f"--load={plugin}", "--quiet", "--checks=wayfare-own-code,-bugprone-suspicious-include",
+                   "-p", run.folder, unit["file"]]
+        steps.append(Step(label, command, digest_of(*(digest_of_unit(s) for s in sources), unit["command"], *rules),
+                          timeout_s=600, verdict=_verdict))
+    run.figure("sources", len({source for _, sources in units for source in sources}))
     run.steps(steps)
-    if not steps:
-        run.keep(Item("units", "failed", note="no translation unit was found"))
+
+
+def _plugin(run):
+    result = run.folder / "own_code.so"
+    headers = run.command(["llvm-config", "--includedir"])[1].strip()
+    code, output = run.command(["clang++", "-std=c++17", "-O1", "-fPIC", "-shared", "-fno-rtti", "-isystem", headers,
+                                HERE / "own_code.cpp", "-o", result])
+    if code != 0:
+        raise Stopped("own_code.cpp", "failed", output[-800:])
+    return result
+
+
+def _units(run, name, *options, of):
+    """[(entry of the compilation database, its sources)] of a configured folder, of the places wanted."""
+    folder = run.folder / name
+    builds.configure(run, *OPTIONS, *options, folder=folder)
+    result, seen = [], set()
+    for unit in json.loads((folder / "compile_commands.json").read_text(encoding="utf-8")):
+        file = unit["file"]
+        sources = [file]
+        if "/Unity/" in file:
+            with open(file, encoding="utf-8") as text:
+                sources = INCLUDED.findall(text.read())
+            if len(sources) == 1:  # as the main file, whose paths the static analyzer follows
+                unit = unit | {"file": sources[0], "command": unit["command"].replace(file, shlex.quote(sources[0]))}
+        generated = any(s.startswith(str(folder)) for s in sources)
+        if not generated and of(_place(sources[0])) and not OTHER_KERNELS.search(unit["command"]) and unit["file"] not in seen:
+            seen.add(unit["file"])
+            result.append((unit, sources))
+    return result
+
+
+def _place(source):
+    return source.removeprefix(f"{ROOT}/")
 
 
 def _verdict(code, output):
