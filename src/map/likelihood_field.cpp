@@ -59,8 +59,8 @@ void LikelihoodFieldMaker::prepare_kernels(const LikelihoodFieldOptions& options
   kernels_.assign(static_cast<std::size_t>(kPhases * kPhases * rows * kernel_width_), 0);
   std::uint16_t* out = kernels_.data();
   for (int phase = 0; phase < kPhases * kPhases; ++phase) {
-    const double qx = (phase % kPhases + 0.5) / kPhases - 0.5;
-    const double qy = (phase / kPhases + 0.5) / kPhases - 0.5;
+    const int column = phase % kPhases, row = phase / kPhases;
+    const double qx = (column + 0.5) / kPhases - 0.5, qy = (row + 0.5) / kPhases - 0.5;
     for (int y = -radius_; y <= radius_; ++y, out += kernel_width_)
       for (int x = -radius_; x <= radius_; ++x) {
         const double square = (x - qx) * (x - qx) + (y - qy) * (y - qy);

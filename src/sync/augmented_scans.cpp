@@ -244,7 +244,7 @@ class RobotSynchroniser::Impl {
     return step;
   }
 
-  AugmentedScan gather(std::size_t count) const {
+  [[nodiscard]] AugmentedScan gather(std::size_t count) const {
     AugmentedScan scan{radar_.front().time, radar_[count - 1].time, count, {}};
     SE2d T_first_now;
     auto rolled = wheels_.at(scan.time);

@@ -47,7 +47,7 @@ inline std::optional<Eigen::Vector2d> velocity_at(std::span<const RadarScan> fra
                                           const Transform2<frame::Base, frame::Radar>& mounting,
                                           const RadarArray& array, const OdometryTrack& odometry,
                                           double moving_m_s = 0.0) {
-  const SE2d T_base_radar = mounting.raw();
+  const SE2d& T_base_radar = mounting.raw();
   GatheredRadar scan{frames.back().time, {}};
   const auto last = odometry.at(scan.time);
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -69,6 +69,7 @@ TYPED_TEST_SUITE(EveryMatchersLimits, EveryMatcher, );
 TYPED_TEST(EveryMatchersLimits, RefusesEmptyMapsAndPoints) {
   typename TypeParam::Map moved = make<typename TypeParam::Map>(1);
   const auto taken = std::move(moved);
+  // NOLINTNEXTLINE(bugprone-use-after-move): what the test is about
   for (const typename TypeParam::Map& empty : {typename TypeParam::Map(), moved}) {
     const auto found =
         this->matcher_.match(empty, points_in_room(0), SE2d(), this->kSmall, this->kAll);

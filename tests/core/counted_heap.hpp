@@ -28,6 +28,8 @@ inline std::unique_ptr<Eigen::VectorXd> taken_vector;  // not optimised away
 
 #if WAYFARE_OWN_MALLOC
 // The functions through which Eigen and operator new allocate.
+// NOLINTBEGIN(bugprone-reserved-identifier,misc-definitions-in-headers): of the C library, replaced
+// once
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* malloc(std::size_t size) noexcept {
@@ -35,6 +37,7 @@ void* malloc(std::size_t size) noexcept {
   return __libc_malloc(size);
 }
 }
+// NOLINTEND(bugprone-reserved-identifier,misc-definitions-in-headers)
 #endif
 
 namespace wayfare::tests {

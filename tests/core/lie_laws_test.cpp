@@ -10,7 +10,6 @@
 namespace wayfare {
 namespace {
 
-using testing::LawInputs;
 using testing::LieGroupLaws;
 using testing::ManifoldLaws;
 

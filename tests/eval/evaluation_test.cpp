@@ -79,7 +79,7 @@ TEST(Evaluation, ByHand) {
   EXPECT_NEAR(e.rigid.alignment.y(), -0.02, 1e-12);
 }
 
-TEST(Evaluation, TheFrameOfTheEstimateMatters_OnlyWithoutAlignment) {
+TEST(Evaluation, TheFrameOfTheEstimateMattersOnlyWithoutAlignment) {
   const Drifting run;
   const SE2d T(30, -12, Angle::degrees(200));
   const Evaluation a = evaluate(run.estimate, {run.truth}),

@@ -64,11 +64,11 @@ TEST(TrackComparison, ParabolasAreInterpolatedExactly) {
 
 TEST(TrackComparison, ErrorsAreAlongLeftAndUp) {
   Track a = track(0, 60, 0.1), b = a;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double t = a[i].time.seconds();
+  for (auto& at : a) {
+    const double t = at.time.seconds();
     Eigen::Vector2d v(10.0 + 4.0 * std::cos(0.2 * t), 9.0 * std::cos(0.15 * t));
     v.normalize();
-    a[i].position_m += Eigen::Vector3d(2.0 * v.x() - 0.5 * v.y(), 2.0 * v.y() + 0.5 * v.x(), -3.0);
+    at.position_m += Eigen::Vector3d(2.0 * v.x() - 0.5 * v.y(), 2.0 * v.y() + 0.5 * v.x(), -3.0);
   }
   const auto c = compare_tracks(a, b);
   ASSERT_TRUE(c);

@@ -112,13 +112,13 @@ TEST(Ekf, ConvergesToTheRiccatiSolution) {
 // precision with seven digits.
 TEST(Ekf, StaysPositiveDefiniteInSinglePrecision) {
   using State = Eigen::Vector3f;
-  Eigen::Matrix3f start = 1e4f * Eigen::Matrix3f::Identity();
+  Eigen::Matrix3f start = 1e4F * Eigen::Matrix3f::Identity();
   Ekf<State> filter(State::Zero(), start);
   Rng rng(3);
   for (int i = 0; i < 300; ++i) {
     Eigen::RowVector3f h;
     for (auto& x : h) x = static_cast<float>(rng.normal());
-    filter.update(Linear<float, 3>{h, 1.0f, 0.1f});
+    filter.update(Linear<float, 3>{h, 1.0F, 0.1F});
     ASSERT_TRUE(is_covariance(filter.covariance())) << "update " << i;
   }
 }

@@ -43,7 +43,7 @@ TEST(Normalise, SumsToOneAndReportsTheEvidence) {
   const Normalisation n = normalise(w);
   EXPECT_EQ(n.log_sum, evidence);
   EXPECT_FALSE(n.collapsed);
-  EXPECT_EQ(n.refused, 0u);
+  EXPECT_EQ(n.refused, 0U);
   EXPECT_NEAR(log_sum_exp(w), 0.0, 1e-12);
   EXPECT_NEAR(w[0] - w[2], 2.5, 1e-12);
 }
@@ -51,7 +51,7 @@ TEST(Normalise, SumsToOneAndReportsTheEvidence) {
 TEST(Normalise, InvalidWeightsBecomeZero) {
   std::vector<double> w{kNan, 0.0, kInf, 0.0, -kInf};
   const Normalisation n = normalise(w);
-  EXPECT_EQ(n.refused, 2u);
+  EXPECT_EQ(n.refused, 2U);
   EXPECT_FALSE(n.collapsed);
   EXPECT_EQ(w[0], -kInf);
   EXPECT_EQ(w[2], -kInf);
@@ -63,7 +63,7 @@ TEST(Normalise, CollapseGivesEqualWeights) {
   std::vector<double> w{-kInf, kNan, -kInf, -kInf};
   const Normalisation n = normalise(w);
   EXPECT_TRUE(n.collapsed);
-  EXPECT_EQ(n.refused, 1u);
+  EXPECT_EQ(n.refused, 1U);
   for (const double l : w) EXPECT_NEAR(l, std::log(0.25), 1e-15);
   std::vector<double> none;
   EXPECT_TRUE(normalise(none).collapsed);
@@ -123,7 +123,7 @@ TEST_P(EveryScheme, SameSeedSameDraws) {
 TEST_P(EveryScheme, OneParticleWithAllTheWeightIsAlwaysDrawn) {
   Rng rng(1);
   const std::vector<double> log_w{-kInf, -kInf, -1e6, -kInf};
-  for (const ParticleIndex i : resample(log_w, 50, GetParam(), rng)) EXPECT_EQ(i, 2u);
+  for (const ParticleIndex i : resample(log_w, 50, GetParam(), rng)) EXPECT_EQ(i, 2U);
 }
 
 TEST_P(EveryScheme, InvalidWeightsAreNeverDrawn) {

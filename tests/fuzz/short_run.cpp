@@ -12,6 +12,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/io/text_file.hpp>
 
+// NOLINTNEXTLINE(readability-redundant-declaration): libFuzzer has no header
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace {

@@ -95,9 +95,8 @@ struct Street {
   /// The largest distance of a pose from where `other` has it.
   [[nodiscard]] double apart_m(const Street& other) const {
     double most = 0.0;
-    for (std::size_t i = 0; i < poses.size(); ++i)
-      most = std::max(most,
-                      (graph[poses[i]].translation() - other.graph[poses[i]].translation()).norm());
+    for (const auto pose : poses)
+      most = std::max(most, (graph[pose].translation() - other.graph[pose].translation()).norm());
     return most;
   }
 };

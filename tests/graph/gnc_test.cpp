@@ -1,4 +1,3 @@
-#include <numbers>
 #include <wayfare/graph/gnc.hpp>
 
 #include <cmath>

@@ -1,4 +1,3 @@
-#include <numbers>
 #include <wayfare/graph/pose_graph.hpp>
 
 #include <algorithm>

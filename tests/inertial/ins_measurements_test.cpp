@@ -99,7 +99,7 @@ TEST(RangeModel, SinglePrecisionKeepsMillimetres) {
   const SatelliteView view(satellite(), plane);
   const Ins x = some_state();
   const RangeModel<double, 2> wide{plane, view, 1000.0, 4.0, kLever, 0};
-  const RangeModel<float, 2> narrow{plane, view, 1000.0, 4.0f, kLever.cast<float>(), 0};
+  const RangeModel<float, 2> narrow{plane, view, 1000.0, 4.0F, kLever.cast<float>(), 0};
   EXPECT_NEAR(narrow(x.cast<float>()).innovation, wide(x).innovation, 2e-3);
 }
 

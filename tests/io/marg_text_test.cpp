@@ -68,7 +68,7 @@ TEST(MargText, ReadsAirPressure) {
     const auto file =
         parse_marg(names + column + "\n1,0,0,0,0,0,1," + value + "\n2,0,0,0,0,0,1,nan\n", "m");
     ASSERT_TRUE(file) << file.error().to_string();
-    ASSERT_EQ(file->pressure_Pa.size(), 2u);
+    ASSERT_EQ(file->pressure_Pa.size(), 2U);
     EXPECT_NEAR(file->pressure_Pa[0], 101325.0, 1e-6);
     EXPECT_TRUE(std::isnan(file->pressure_Pa[1]));
   }

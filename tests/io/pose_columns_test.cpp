@@ -40,7 +40,7 @@ TEST(PoseColumns, HeightsAreReadFromColumnsThatHaveThemAndFromTum) {
   EXPECT_THAT(poses_in("t_s,x_m,y_m\n0,1,2\n4,5,6\n").heights_m, IsEmpty());
   const PoseFile file = poses_in("t_s,x_m,y_m,z_m\n0,1,2,nan\n4,5,6,-7\n");
   EXPECT_THAT(file.heights_m, ElementsAre(-7.0));
-  EXPECT_EQ(file.trajectory.size(), 1u);
+  EXPECT_EQ(file.trajectory.size(), 1U);
 }
 
 TEST(PoseColumns, OneTrajectoryInEveryForm) {

@@ -15,8 +15,6 @@
 namespace wayfare::io {
 namespace {
 
-using ::testing::HasSubstr;
-
 TEST(RtklibSolution, ColumnsByItsHeading) {
   const std::string text =
       "% program   : RTKPOST\n"

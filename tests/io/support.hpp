@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,8 +33,8 @@ class TemporaryFolder {
 
 /// The path of a recording, empty where it is absent.
 inline std::string recording(const std::string& name) {
-  const std::string folder = WAYFARE_DATA_DIR;
-  const std::string path = folder + "/" + name;
+  const std::string_view folder = WAYFARE_DATA_DIR;
+  const std::string path = std::string(folder) + "/" + name;
   return !folder.empty() && std::filesystem::exists(path) ? path : std::string();
 }
 
@@ -42,4 +43,4 @@ inline std::string recording(const std::string& name) {
 /// Defines `path`, or skips the test and names the missing recording.
 #define WAYFARE_NEEDS_RECORDING(path, name)                     \
   const std::string path = ::wayfare::testing::recording(name); \
-  if (path.empty()) GTEST_SKIP() << "needs the recording " << name << " in WAYFARE_DATA_DIR"
+  if (path.empty()) GTEST_SKIP() << "needs the recording " << (name) << " in WAYFARE_DATA_DIR"

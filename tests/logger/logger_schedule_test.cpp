@@ -170,7 +170,7 @@ struct Schedule {
       EXPECT_EQ(status.error, "");
     }
     const auto files = shelf.files();
-    const bool created = !files.empty() && files.back()->size() != 0;
+    const bool created = !files.empty() && !files.back()->empty();
     EXPECT_EQ(status.written, created ? files.back()->size() : 0);
     const std::uint64_t raw = created ? raw_bytes(*files.back()) : 0;
     EXPECT_EQ(status.sensors[0].recorded_bytes, raw);

@@ -115,7 +115,7 @@ TEST(SerialPort, OfAKilledProgramIsFree) {
   auto terminal = PseudoTerminal::open();
   const pid_t other = ::fork();
   if (other == 0) {
-    const auto port = SerialPort::open(terminal->path());
+    [[maybe_unused]] const auto port = SerialPort::open(terminal->path());
     for (;;) ::pause();
   }
   ASSERT_GT(other, 0);

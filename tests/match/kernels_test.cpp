@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -245,7 +246,8 @@ TEST(Kernels, VariantsOfPointMapsAreBitIdentical) {
       std::array<double, 10> a{}, b{};
       variant.ndt_sums(x.data(), y.data(), n, transform, table, a.data());
       portable.ndt_sums(x.data(), y.data(), n, transform, table, b.data());
-      ASSERT_EQ(std::memcmp(a.data(), b.data(), sizeof a), 0);
+      using Bits = std::array<std::uint64_t, 10>;
+      ASSERT_EQ(std::bit_cast<Bits>(a), std::bit_cast<Bits>(b));
 
       // A row of buckets.
       const auto sx = random_floats(rng, 300 + 8, 3.0), sy = random_floats(rng, 300 + 8, 0.1);

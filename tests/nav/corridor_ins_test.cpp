@@ -31,11 +31,11 @@ CorridorRun run_of(const sim::CorridorDrive& drive, const CorridorInsOptions& op
   return run ? *std::move(run) : CorridorRun{};
 }
 
-class CorridorIns_ : public testing::TestWithParam<sim::MotionPattern> {};
-INSTANTIATE_TEST_SUITE_P(Patterns, CorridorIns_,
+class CorridorInsOfPatterns : public testing::TestWithParam<sim::MotionPattern> {};
+INSTANTIATE_TEST_SUITE_P(Patterns, CorridorInsOfPatterns,
                          testing::Values(sim::MotionPattern::straight, sim::MotionPattern::curved));
 
-TEST_P(CorridorIns_, BoundsThePositionAndEstimatesTheGyroBias) {
+TEST_P(CorridorInsOfPatterns, BoundsThePositionAndEstimatesTheGyroBias) {
   const auto p = params_of(GetParam());
   const auto drive = sim::simulate_corridors(p, Rng(11));
   ASSERT_TRUE(drive);

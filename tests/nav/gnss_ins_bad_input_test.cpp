@@ -37,7 +37,7 @@ double end_error_m(const Scene& s, const GnssInsResult& r) {
 void expect_sound(const GnssInsResult& r) {
   for (const GnssInsPoint& p : r.points) {
     ASSERT_TRUE(p.sigma.allFinite());
-    ASSERT_GT(p.sigma.minCoeff(), 0.0f);
+    ASSERT_GT(p.sigma.minCoeff(), 0.0F);
     ASSERT_TRUE(p.nav.velocity_ned_mps.allFinite());
     ASSERT_TRUE(std::isfinite(p.nav.position.height_m));
   }

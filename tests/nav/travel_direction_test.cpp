@@ -66,7 +66,7 @@ TEST(TravelDirection, FindsWhereARobotDrivesBackInARoom) {
 TEST(TravelDirection, ABareCorridorDoesNotTell) {
   const auto plan = sim::FloorPlan::from_segments({{{-100, -1}, {100, -1}}, {{100, 1}, {-100, 1}}});
   const Recording r = drive_in(*plan, 40, ahead_and_back, 0.0);
-  EXPECT_EQ(sign_motion(r, unsigned_motion(r, ahead_and_back, 0.0)).reversed, 0u);
+  EXPECT_EQ(sign_motion(r, unsigned_motion(r, ahead_and_back, 0.0)).reversed, 0U);
 }
 
 TEST(TravelDirection, MotionAndScansThatAreNotUsableChangeNothing) {

@@ -47,8 +47,8 @@ TEST(BarometricHeight, RefusesWhatIsNoPressure) {
   EXPECT_EQ(height.height_m(), 0.0);
   EXPECT_EQ(height.add(at(1.0), 101325.0), UpdateStatus::used);
   EXPECT_EQ(height.add(at(0.5), 101000.0), UpdateStatus::late);
-  EXPECT_EQ(height.report().missing, 6u);
-  EXPECT_EQ(height.report().late, 1u);
+  EXPECT_EQ(height.report().missing, 6U);
+  EXPECT_EQ(height.report().late, 1U);
   EXPECT_NEAR(height.height_m(), 0.0, 1e-12);
 }
 

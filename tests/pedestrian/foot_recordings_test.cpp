@@ -32,7 +32,7 @@ TEST(FootRecordings, PyShoeWithOneSetting) {
       ends.push_back(e.end_m);
       horizontal.push_back(e.horizontal_m);
     }
-    ASSERT_EQ(ends.size(), 28u);
+    ASSERT_EQ(ends.size(), 28U);
     const Summary s = summarise(ends), h = summarise(horizontal);
     std::printf("%s: end mean %.3f median %.3f largest %.3f; horizontal %.3f %.3f %.3f m\n",
                 statistic == StanceStatistic::shoe ? "SHOE" : "ARED", s.mean, s.median, s.max,
@@ -54,7 +54,7 @@ TEST(FootRecordings, OpenShoeLoops) {
                 std::filesystem::path(path).filename().c_str(), ends.back());
     EXPECT_LE(ends.back(), 0.25);
   }
-  ASSERT_EQ(ends.size(), 6u);
+  ASSERT_EQ(ends.size(), 6U);
   const Summary s = summarise(ends);
   std::printf("mean %.3f median %.3f largest %.3f m\n", s.mean, s.median, s.max);
 }
@@ -65,7 +65,7 @@ TEST(FootRecordings, XioLoops) {
   for (const auto& path : testing::files_in(testing::folder_of(file))) {
     const auto table = io::read_float_table(path);
     ASSERT_TRUE(table) << path;
-    ASSERT_EQ(table->columns, 7u);
+    ASSERT_EQ(table->columns, 7U);
     std::vector<ImuSample> samples;
     for (std::size_t i = 0; i < table->rows(); ++i) {
       const auto row = table->row(i);

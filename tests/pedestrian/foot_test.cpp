@@ -153,7 +153,7 @@ TEST(FootTracker, SaturationAddsToTheUncertainty) {
   knows.rate_range = 6.9;
   FootTracker tracker(knows);
   for (const auto& s : walk.samples) tracker.add(s);
-  EXPECT_GT(tracker.report().gyro.saturated, 100u);
+  EXPECT_GT(tracker.report().gyro.saturated, 100U);
   const auto poses = run_foot(walk.samples, knows);
   const double sigma = std::sqrt(poses.back().position_covariance_m2.trace());
   EXPECT_LT(end_error(poses, walk), 3.0 * sigma);
@@ -219,10 +219,10 @@ TEST(FootBadInput, MissingReadingsAreReportedAndBridged) {
     if (i % 10 == 3) s.specific_force_mps2.y() = nan;
     return true;
   }));
-  EXPECT_EQ(some.tracker.report().accelerometer.missing, 20u);
+  EXPECT_EQ(some.tracker.report().accelerometer.missing, 20U);
   EXPECT_LT(end_error(some.poses, walk), 0.5);
   const Damaged second(damage(walk, [](std::size_t, ImuSample&) { return false; }));
-  EXPECT_EQ(second.tracker.report().gaps, 1u);
+  EXPECT_EQ(second.tracker.report().gaps, 1U);
   // One unobserved stride, and no more.
   EXPECT_LT(end_error(second.poses, walk), 3.0);
   EXPECT_GT(second.poses.back().position_covariance_m2.trace(), 0.5);
@@ -234,15 +234,15 @@ TEST(FootBadInput, TimeBackwardsIsLate) {
     if (i % 20 == 0) s.time = s.time - std::chrono::milliseconds(12);
     return true;
   }));
-  EXPECT_EQ(d.tracker.report().gyro.late, 10u);
+  EXPECT_EQ(d.tracker.report().gyro.late, 10U);
   EXPECT_LT(end_error(d.poses, walk), 1.0);
   // After a clock set back permanently, time restarts and the position is kept.
   auto samples = walk.samples;
   for (std::size_t i = samples.size() / 2; i < samples.size(); ++i)
     samples[i].time = samples[i].time - std::chrono::seconds(100);
   const Damaged set_back(samples);
-  EXPECT_GT(set_back.tracker.report().gyro.late, 0u);
-  EXPECT_GE(set_back.tracker.report().gaps, 1u);
+  EXPECT_GT(set_back.tracker.report().gyro.late, 0U);
+  EXPECT_GE(set_back.tracker.report().gaps, 1U);
   EXPECT_LT(end_error(set_back.poses, walk), 10.0);
 }
 
@@ -278,7 +278,7 @@ TEST(FootBadInput, WaitsForGravityBeforeItStarts) {
   for (int i = 0; i < 400; ++i)
     tracker.add({LogTime::from_nanoseconds(i * 5'000'000), {1.0, 2.0, 3.0}, {0.1, 0.0, 0.0}});
   EXPECT_FALSE(tracker.ready());
-  EXPECT_EQ(tracker.report().stances, 0u);
+  EXPECT_EQ(tracker.report().stances, 0U);
 }
 
 TEST(FootBadInput, StaysFiniteOnRandomInput) {

@@ -138,7 +138,7 @@ TEST(MagneticHeadingDrift, MagnetNearbyIsRejected) {
       walk_circuit(o, MagneticHeadingDrift(uncalibrated()), [](int i, Eigen::Vector3d& m) {
         if (i > 2400 && i < 2600) m.x() += 150.0;
       });
-  EXPECT_GT(drift.report().disturbed, 90u);  // ten seconds at 10 Hz
+  EXPECT_GT(drift.report().disturbed, 90U);  // ten seconds at 10 Hz
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.12);
 }
 
@@ -148,7 +148,7 @@ TEST(MagneticHeadingDrift, PersistentFieldIsLearned) {
       walk_circuit(o, MagneticHeadingDrift(uncalibrated()), [](int i, Eigen::Vector3d& m) {
         if (i > 2400) m += Eigen::Vector3d(-80.0, 60.0, 0.0);  // iron attached to the unit
       });
-  EXPECT_LT(drift.report().disturbed, 260u);
+  EXPECT_LT(drift.report().disturbed, 260U);
   EXPECT_LT((drift.offset_uT() - o.offset_uT - Eigen::Vector3d(-80.0, 60.0, 0.0)).head<2>().norm(),
             8.0);
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.25);
@@ -161,7 +161,7 @@ TEST(MagneticHeadingDrift, MissingLateAndHugeReadings) {
         if (i % 7 == 0) m.y() = std::nan("");
         if (i % 1001 == 1000) m.z() = 1e30;
       });
-  EXPECT_EQ(drift.report().missing, 686u);  // every seventh of 4800
+  EXPECT_EQ(drift.report().missing, 686U);  // every seventh of 4800
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.12);
   const double before = drift.correction();
   EXPECT_EQ(drift.add(LogTime::from_nanoseconds(5), SO3d(), {20.0, 0.0, 0.0}), UpdateStatus::late);

@@ -64,7 +64,7 @@ TEST(MeanFieldNorth, KeepsThePathStraight) {
     pedestrian.add(s, [&](const PedestrianPose& p) {
       headings.push_back(p.heading.radians() - pedestrian.mean_field().correction());
     });
-  ASSERT_GT(headings.size(), 70u);
+  ASSERT_GT(headings.size(), 70U);
   for (const double h : headings) EXPECT_NEAR(wrap_to_pi(h - headings.front()), 0.0, 0.06);
   // 18 µT north and in the mean 6 µT east, a third of 18: 18.4° off.
   EXPECT_NEAR(std::abs(wrap_to_pi(pedestrian.pose().heading.radians() - o.start_rad)),
@@ -86,8 +86,8 @@ TEST(MeanFieldNorth, WithoutAFieldIsRelativeToTheStart) {
   for (MargSample& s : walk.samples) s.magnetic_field_uT.setConstant(MargSample::kNone);
   const Pedestrian pedestrian = walked(walk.samples, by_mean_field());
   EXPECT_EQ(pedestrian.mean_field().correction(), 0.0);
-  EXPECT_GT(pedestrian.report().steps, 70u);
-  EXPECT_EQ(pedestrian.report().ahrs.magnetometer.used, 0u);
+  EXPECT_GT(pedestrian.report().steps, 70U);
+  EXPECT_EQ(pedestrian.report().ahrs.magnetometer.used, 0U);
   EXPECT_EQ(pedestrian.report().ahrs.magnetometer.missing, walk.samples.size());
 }
 

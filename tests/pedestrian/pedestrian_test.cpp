@@ -288,9 +288,9 @@ TEST(PedestrianBadInput, DropoutsNanAndLateReadingsAreReported) {
   }
   const Walked run(samples);
   const auto report = run.pedestrian.report();
-  EXPECT_GT(report.ahrs.accelerometer.missing, 50u);
-  EXPECT_GT(report.ahrs.gyro.missing, 50u);
-  EXPECT_GT(report.ahrs.gyro.late, 10u);
+  EXPECT_GT(report.ahrs.accelerometer.missing, 50U);
+  EXPECT_GT(report.ahrs.gyro.missing, 50U);
+  EXPECT_GT(report.ahrs.gyro.late, 10U);
   EXPECT_LT((run.pedestrian.pose().position_m - walk.end).norm(), 6.0);
 }
 

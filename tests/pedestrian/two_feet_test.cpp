@@ -91,7 +91,7 @@ TEST(TwoFeet, TheBoundCorrectsTheWorseFoot) {
     TwoFeetParameters p;
     p.farthest_m = 0.0;
     const Ends apart = walk(truth, p);
-    EXPECT_EQ(apart.projections, 0u);
+    EXPECT_EQ(apart.projections, 0U);
     p.farthest_m = 0.85;
     const Ends together = walk(truth, p);
     one.push_back(apart.left_m);

@@ -112,7 +112,7 @@ TEST(StepRecordings, LowerBack) {
   for (const auto& path : testing::files_in(testing::folder_of(file))) {
     const auto json = text_of(testing::folder_of(file) + "/" + stem_of(path) + ".json");
     const auto bounds = numbers(json, "TrialBoundaries");
-    ASSERT_EQ(bounds.size(), 2u) << path;
+    ASSERT_EQ(bounds.size(), 2U) << path;
     int steps = 0;
     for (const char* foot : {"LeftFootEvents", "RightFootEvents"}) {
       const auto events = numbers(json, foot);
@@ -209,7 +209,7 @@ TEST(WalkRecordings, PhoneInHand) {
           trial.name, site.c_str(), errors.size(), median_of(turned[site]), mean_of(turned[site]),
           median_of(errors), mean_of(errors), *std::max_element(errors.begin(), errors.end()));
     if (other != nullptr) continue;
-    ASSERT_EQ(absolute["all"].size(), 30u);
+    ASSERT_EQ(absolute["all"].size(), 30U);
     EXPECT_LE(median_of(turned["all"]), trial.mean_field ? 4.8 : 4.1);
     EXPECT_LE(median_of(absolute["all"]), 7.5);
     if (!trial.held) continue;

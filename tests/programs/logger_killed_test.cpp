@@ -69,8 +69,7 @@ TEST(LoggerProgram, LosesAFifthOfASecondAtMostWhenKilled) {
     // The number of bytes gives the time: 20 000 per second.
     const double rate = 20000.0;
     SimulatedDevice device{{"unit", "raw", 115200, ""}, rate, std::string(50'000, '\0')};
-    for (std::size_t i = 0; i < device.capture.size(); ++i)
-      device.capture[i] = static_cast<char>(random());
+    for (char& byte : device.capture) byte = static_cast<char>(random());
     Played played(device, 1.0, 2.0);
     const pid_t logger = start_logger(configure(folder, played.path()));
     ASSERT_TRUE(wait_for(30s, [&] { return !recordings(folder / "out").empty(); }));

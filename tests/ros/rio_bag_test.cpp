@@ -44,7 +44,8 @@ std::vector<std::string> lines_of(const std::string& name) {
 /// Seconds of a ROS time as computed by Python.
 double seconds(LogTime time) {
   const std::int64_t ns = time.nanoseconds();
-  return static_cast<double>(ns / 1'000'000'000) + 1e-9 * static_cast<double>(ns % 1'000'000'000);
+  const auto seconds = ns / 1'000'000'000;
+  return static_cast<double>(seconds) + 1e-9 * static_cast<double>(ns % 1'000'000'000);
 }
 
 template <class... Values>

@@ -133,14 +133,14 @@ TEST(FloorPlan, CellsBecomeTheirOutlines) {
   // Two cells side by side: one rectangle, 2 x 1 cells of half a metre, four walls.
   const CellMask mask{4, 3, 0.5, {0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0}};
   const FloorPlan plan = FloorPlan::from_cells(mask).value();
-  ASSERT_EQ(plan.segments().size(), 4u);
+  ASSERT_EQ(plan.segments().size(), 4U);
   EXPECT_EQ(plan.lower_corner_m(), Eigen::Vector2d(0.5, 0.5));
   EXPECT_EQ(plan.upper_corner_m(), Eigen::Vector2d(1.5, 1.0));
 }
 
 TEST(FloorPlan, SolidCellsHaveNoWallBetweenThem) {
   const FloorPlan plan = FloorPlan::from_cells({2, 2, 1.0, {1, 1, 1, 1}}).value();
-  EXPECT_EQ(plan.segments().size(), 4u);
+  EXPECT_EQ(plan.segments().size(), 4U);
   EXPECT_FALSE(plan.blocks({0.5, 0.5}, {1.5, 1.5}));
 }
 

@@ -110,8 +110,8 @@ TEST(SimulateImu, WhiteNoiseFallsWithTheRootOfAveragingTime) {
     for (const std::size_t m : {1UL, 10UL, 100UL}) {
       // σ²(T) = N²/T; five standard deviations of the estimate, here with n/m clusters.
       const double average_s = 0.01 * static_cast<double>(m);
-      const double clusters = static_cast<double>(rate.size() / m);
-      const double bound = 5.0 * std::sqrt(1.5 / clusters);
+      const std::size_t clusters = rate.size() / m;
+      const double bound = 5.0 * std::sqrt(1.5 / static_cast<double>(clusters));
       const double gyro = std::pow(params.noise.gyro_white_rad_per_sqrt_s[axis], 2) / average_s;
       const double accel = std::pow(params.noise.accel_white_mps_per_sqrt_s[axis], 2) / average_s;
       EXPECT_NEAR(allan_variance(rate, m) / gyro, 1.0, bound) << m;

@@ -26,7 +26,7 @@ SE2d centre(LogTime) { return {5.0, 5.0, Angle::radians(0.5 * std::numbers::pi)}
 TEST(SimulateScan, WithoutNoiseGivesTheDistancesInASquare) {
   Rng rng(1);
   const LaserScan scan = simulate_scan(square(), centre, LogTime{}, exact(), rng);
-  ASSERT_EQ(scan.ranges_m.size(), 180u);
+  ASSERT_EQ(scan.ranges_m.size(), 180U);
   // From the centre a wall is 5 m / cos of the angle to the nearest of the four normals.
   for (std::size_t i = 0; i < 180; ++i) {
     const double to_normal = std::remainder(scan.bearing(i).radians(), 0.5 * std::numbers::pi);

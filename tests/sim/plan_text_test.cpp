@@ -23,10 +23,10 @@ TEST(ReadPlan, PictureWithPlacesAndRoute) {
       "######\n");
   ASSERT_TRUE(read.has_value()) << read.error().to_string();
   // Columns and rows are half metres; the lower left corner of the picture is the origin.
-  ASSERT_EQ(read->route_m.size(), 3u);
+  ASSERT_EQ(read->route_m.size(), 3U);
   EXPECT_EQ(read->route_m[0], Eigen::Vector2d(0.75, 1.25));
   EXPECT_EQ(read->route_m[1], Eigen::Vector2d(2.25, 0.75));
-  EXPECT_EQ(read->plan.segments().size(), 8u);
+  EXPECT_EQ(read->plan.segments().size(), 8U);
   EXPECT_EQ(read->plan.cast({0.75, 1.25}, {1, 0}, 10.0), 1.75);
 }
 
@@ -35,7 +35,7 @@ TEST(ReadPlan, WallsPlacesAndWindowsLineEnds) {
       "wall 0 0 4 0\r\nwall 4 0 0 3\r\n\r\nwall 0 3 0 0\r\n"
       "place door 1 1\r\nplace desk 1.5 0.5\r\nroute door desk\r\n");
   ASSERT_TRUE(read.has_value()) << read.error().to_string();
-  EXPECT_EQ(read->plan.segments().size(), 3u);
+  EXPECT_EQ(read->plan.segments().size(), 3U);
   EXPECT_EQ(read->route_m[1], Eigen::Vector2d(1.5, 0.5));
 }
 
@@ -91,7 +91,7 @@ TEST(PlanFromPicture, DarkPixelsAreWalls) {
   const std::uint8_t pixels[] = {254, 254, 254, 254, 254, 0, 0, 254, 254, 205, 254, 254};
   const auto plan = plan_from_picture(pixels, 4, 3, 0.1);
   ASSERT_TRUE(plan.has_value());
-  EXPECT_EQ(plan->segments().size(), 4u);
+  EXPECT_EQ(plan->segments().size(), 4U);
   EXPECT_TRUE(plan->lower_corner_m().isApprox(Eigen::Vector2d(0.1, 0.1)));
   EXPECT_FALSE(plan_from_picture(pixels, 5, 3, 0.1).has_value());
 }
@@ -101,7 +101,7 @@ TEST(DemoBuilding, IsClosedAndOfItsStatedSize) {
   ASSERT_TRUE(read.has_value()) << read.error().to_string();
   const Eigen::Vector2d size = read->plan.upper_corner_m() - read->plan.lower_corner_m();
   EXPECT_EQ(size, Eigen::Vector2d(60, 30));
-  ASSERT_GT(read->route_m.size(), 10u);
+  ASSERT_GT(read->route_m.size(), 10U);
   EXPECT_FALSE(find_leak(read->plan, read->route_m.front()).has_value());
 }
 

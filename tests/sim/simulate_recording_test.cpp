@@ -69,7 +69,7 @@ TEST(SimulateRecording, ScansAreFromTheTruePose) {
   params.lidar.range_noise_m = params.lidar.resolution_m = params.lidar.missed_return = 0.0;
   const auto run = simulate_recording(o.plan, o.route_m, params, Rng(4));
   ASSERT_TRUE(run.has_value());
-  ASSERT_GT(run->recording.scans.size(), 20u);
+  ASSERT_GT(run->recording.scans.size(), 20U);
   for (const LaserScan& scan : run->recording.scans) {
     const SE2d pose = true_pose_at(run->truth, scan.time) * params.T_base_laser.raw();
     for (std::size_t i = 0; i < scan.ranges_m.size(); i += 7) {

@@ -13,7 +13,8 @@ constexpr int kSide = 40;  // of the lattice
 PoseGraph2 noisy_lattice(int rows) {
   Rng rng(3);
   PoseGraph2 graph;
-  for (int k = 0; k < rows * kSide; ++k) graph.add_pose(SE2d(k % kSide, k / kSide, {}));
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < kSide; ++column) graph.add_pose(SE2d(column, row, {}));
   const auto join = [&](int from, int to) {
     const SE2d step = graph.poses[static_cast<std::size_t>(from)].inverse() *
                       graph.poses[static_cast<std::size_t>(to)];

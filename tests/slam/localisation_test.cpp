@@ -252,7 +252,7 @@ TEST(LocaliserFaults, AnInvalidInitialPoseIsRefused) {
   const auto outcome = localiser.add_scan(scan, {});
   ASSERT_TRUE(outcome);
   EXPECT_FALSE(outcome->converged);
-  EXPECT_EQ(outcome->particles, 0u);
+  EXPECT_EQ(outcome->particles, 0U);
 }
 
 TEST(LocalisationMap, NeedsWallsAndFreeCells) {
@@ -278,7 +278,7 @@ TEST(RunLocalisation, StopsOnRequestAndRefusesAnEmptyRecording) {
   EXPECT_NEAR(static_cast<double>(part->outcomes.size()) /
                   static_cast<double>(flat().recording.scans.size()),
               0.25, 0.01);
-  ASSERT_EQ(part->snapshots.size(), 2u);
+  ASSERT_EQ(part->snapshots.size(), 2U);
   double sum = 0.0;
   for (const PoseParticle& p : part->snapshots[1].particles) sum += p.weight;
   EXPECT_NEAR(sum, 1.0, 1e-9);
@@ -334,9 +334,9 @@ TEST(FindClusters, JoinsAcrossTheHeadingWrapAndSeparatesDistantParticles) {
   for (int i = 0; i < 5; ++i) set.push_back(SE2d(5.0, 0.0, Angle::degrees(3.0 * i)));
   const std::vector<double> weights(15, 1.0 / 15.0);
   const auto clusters = detail::clusters_of(set, weights, PoseBins(0.5, 15.0_deg));
-  ASSERT_EQ(clusters.size(), 2u);
+  ASSERT_EQ(clusters.size(), 2U);
   EXPECT_NEAR(clusters[0].mass, 10.0 / 15.0, 1e-12);
-  EXPECT_EQ(clusters[1].members.size(), 5u);
+  EXPECT_EQ(clusters[1].members.size(), 5U);
 }
 
 }  // namespace

@@ -14,6 +14,8 @@ std::atomic<long> failing_in{-1}, failing_every{0}, allocations{0};
 using namespace wayfare::tests;
 
 // Eigen's matrices come from malloc: the linker gives calls of our objects to __wrap_malloc.
+// NOLINTBEGIN(bugprone-reserved-identifier,cppcoreguidelines-no-malloc): the linker's names, and
+// what is replaced
 extern "C" void* __real_malloc(std::size_t size);
 
 namespace {
@@ -62,3 +64,4 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 extern "C" void* __wrap_malloc(std::size_t size) { return fails() ? nullptr : __real_malloc(size); }
+// NOLINTEND(bugprone-reserved-identifier,cppcoreguidelines-no-malloc)

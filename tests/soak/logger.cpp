@@ -24,7 +24,6 @@ namespace {
 using namespace std::chrono_literals;
 using testing::IllDisk;
 using testing::TemporaryFolder;
-using testing::wait_for;
 
 constexpr std::size_t kLine = 16;  // bytes of a numbered line
 

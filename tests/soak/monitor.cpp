@@ -40,7 +40,7 @@ std::string hostile_request(Rng& rng) {
       "GET /%2e%2e/%00%ff?%=&&== HTTP/1.1\r\nHost: localhost\r\n\r\n",
       "GET / HTTP/1.1\r\nRange: bytes=0-,-1,5-1,0-0,0-0,0-0\r\nHost: localhost\r\n\r\n",
       "GET / HT",
-      "\x16\x03\x01\x02\x00\x01\x00"};
+      std::string("\x16\x03\x01\x02\0\x01\0", 7)};
   std::string text = heads[rng.below(heads.size())];
   switch (rng.below(4)) {
     case 0:

@@ -79,7 +79,8 @@ class Streets {
   }
 
   void follow_streets() {
-    const double middle = blocks_ / 2 * o_.block_m;
+    const int half = blocks_ / 2;
+    const double middle = half * o_.block_m;
     truth_.assign(1, SE2d(middle, middle, Angle::radians(0.0)));
     while (static_cast<int>(truth_.size()) < o_.poses)
       truth_.push_back(truth_.back() * next_step(truth_.back()));

@@ -111,7 +111,7 @@ void plain_hough(benchmark::State& state, bool tables) {
         const double angle = static_cast<double>(a) * std::numbers::pi / kAngles;
         const double c = tables ? cosine[a] : std::cos(angle);
         const double offset = at.x() * c + at.y() * (tables ? sine[a] : std::sin(angle));
-        ++votes[a * kOffsets + static_cast<std::size_t>(offset * 100.0 + kOffsets / 2)];
+        ++votes[a * kOffsets + static_cast<std::size_t>(offset * 100.0 + 0.5 * kOffsets)];
       }
     }
     return *std::max_element(votes.begin(), votes.end()) > 10;

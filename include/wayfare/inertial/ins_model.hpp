@@ -168,9 +168,10 @@ class Strapdown {
   }
 
  private:
-  StrapdownJacobian<T> jacobian(const LevelRates<T>& rates, const EarthAt<T>& at, const Matrix3& c,
-                                const CorrectedImu<T>& imu, const InertialIncrement<T>& measured,
-                                const T& dt) const {
+  [[nodiscard]] StrapdownJacobian<T> jacobian(const LevelRates<T>& rates, const EarthAt<T>& at,
+                                              const Matrix3& c, const CorrectedImu<T>& imu,
+                                              const InertialIncrement<T>& measured,
+                                              const T& dt) const {
     StrapdownJacobian<T> f;
     f.half_dt = T(0.5) * dt * Vector3(at.north_scale, at.east_scale, T(1));
     f.velocity_turn = -dt * (T(2) * rates.earth + rates.transport);

@@ -28,6 +28,8 @@ namespace wayfare::testing {
 template <class Derived>
 [[nodiscard]] ::testing::AssertionResult is_covariance(
     const Eigen::MatrixBase<Derived>& covariance) {
+  // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): of other scalars a cast is an
+  // expression
   const Eigen::MatrixXd p = covariance.template cast<double>();
   if (!p.allFinite()) return ::testing::AssertionFailure() << "not finite";
   if (p != p.transpose()) {

@@ -39,7 +39,7 @@ class QuotientGraph {
   void count_outside();
   void update_variable(int v, int p);
   void merge_alike();
-  bool alike(int a, int b) const;
+  [[nodiscard]] bool alike(int a, int b) const;
   void merge(int into, int v);
   void finish_element(int p);
 

@@ -8,8 +8,7 @@
 
 #include "graph/optimise/chordal.hpp"
 
-namespace wayfare {
-namespace detail {
+namespace wayfare::detail {
 
 template <LieGroup G>
 class GncProblem<PoseGraph<G>> {
@@ -67,7 +66,9 @@ class GncProblem<PoseGraph<G>> {
   std::optional<ChordalSolver<G>> chordal_;
 };
 
-}  // namespace detail
+}  // namespace wayfare::detail
+
+namespace wayfare {
 
 template Result<GncReport> optimise_gnc(PoseGraph<SE2d>&, const GncOptions&);
 template Result<GncReport> optimise_gnc(PoseGraph<SE3d>&, const GncOptions&);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <limits>
+#include <new>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -185,7 +186,11 @@ struct McapWriter::Impl {
   }
 
   ~Impl() {
-    if (!closed) static_cast<void>(close());
+    if (closed) return;
+    try {
+      static_cast<void>(close());
+    } catch (const std::bad_alloc&) {  // the file is without its summary, as after a crash
+    }
   }
 };
 

@@ -146,15 +146,15 @@ class Offsets {
     std::array<Best, 2> found;
     std::size_t first = 0;
     double weight = 0.0, moment = 0.0;
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
-      weight += entries_[i].weight;
-      moment += entries_[i].weight * entries_[i].offset_m;
-      while (entries_[i].offset_m - entries_[first].offset_m > window_m) {
+    for (const Entry& entry : entries_) {
+      weight += entry.weight;
+      moment += entry.weight * entry.offset_m;
+      while (entry.offset_m - entries_[first].offset_m > window_m) {
         weight -= entries_[first].weight;
         moment -= entries_[first].weight * entries_[first].offset_m;
         ++first;
       }
-      Best& side = found[entries_[i].offset_m > 0.0 ? 0 : 1];
+      Best& side = found[entry.offset_m > 0.0 ? 0 : 1];
       if (weight > side.weight) side = {moment / weight, weight};
     }
     return found;

@@ -135,6 +135,7 @@ Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
 
 constexpr double kCell_m = 0.01;
 constexpr std::size_t kCells = 128;  // the first and last are empty
+constexpr double kMiddle = 64.0;     // half of them
 
 /// A point near a guessed line; its offset is evaluated to first order in a rotation of the line.
 struct NearPoint {
@@ -155,7 +156,7 @@ struct OffsetHistogram {
     const auto turn = static_cast<float>(turn_rad);
     for (const NearPoint& p : points) {
       const float across = p.across_m - turn * p.along_m;
-      const float cell = across * static_cast<float>(1.0 / kCell_m) + kCells / 2;
+      const float cell = across * static_cast<float>(1.0 / kCell_m) + static_cast<float>(kMiddle);
       if (cell < 1.0F || cell >= static_cast<float>(kCells - 1)) continue;
       auto& here = length[static_cast<std::size_t>(p.side)][static_cast<std::size_t>(cell)];
       here = static_cast<std::int16_t>(here + p.length);
@@ -196,7 +197,7 @@ struct OffsetHistogram {
     }
   }
   [[nodiscard]] double offset_m(std::size_t k) const {
-    return (static_cast<double>(best[k]) + 0.5 - kCells / 2) * kCell_m;
+    return (static_cast<double>(best[k]) + 0.5 - kMiddle) * kCell_m;
   }
 };
 
@@ -205,7 +206,7 @@ constexpr std::size_t kMaxBeams = 200;  // a finer scan is subsampled
 std::span<const NearPoint> points_near(const Beams& b, const Guess& guess, double max_shift_m,
                                        std::array<NearPoint, kMaxBeams>& points) {
   constexpr double kNear_m = 6.0;
-  const double half = std::min(max_shift_m, (kCells / 2 - 8) * kCell_m);
+  const double half = std::min(max_shift_m, (kMiddle - 8.0) * kCell_m);
   const double ux = std::cos(guess.direction_rad), uy = std::sin(guess.direction_rad);
   const std::size_t step = 1 + b.range_m.size() / kMaxBeams;
   std::size_t n = 0;

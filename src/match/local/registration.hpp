@@ -56,7 +56,7 @@ class PoseDescent {
     here_ = there_;
     return step_.norm() < tolerance_;
   }
-  bool reject() const { return !step_.allFinite() || step_.norm() < tolerance_; }
+  [[nodiscard]] bool reject() const { return !step_.allFinite() || step_.norm() < tolerance_; }
 
  private:
   const CostAt& cost_at_;

@@ -223,9 +223,8 @@ std::vector<WeightedPose> PoseProposal::samples() const {
   samples.reserve(log_tau_.size());
   for (std::size_t i = 0; i < log_tau_.size(); ++i) {
     const Slice& slice = slices_[i / nodes_];
-    const std::size_t node = i % nodes_;
-    const Eigen::Vector2d cell(static_cast<double>(node % columns_),
-                               static_cast<double>(node / columns_));
+    const std::size_t node = i % nodes_, row = node / columns_;
+    const Eigen::Vector2d cell(static_cast<double>(node % columns_), static_cast<double>(row));
     samples.push_back(
         {SE2d(Eigen::Vector2d(slice.corner + cell_m_ * cell), slice.rotation), log_tau_[i] / sum});
   }

@@ -42,7 +42,7 @@ WallCrossings crossings_of(const Recording& recording, const Trajectory& traject
 
 Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions options,
                                   const SlamProgress& progress) {
-  return run_hector_slam(recording, {}, options, progress);
+  return run_hector_slam(recording, {}, std::move(options), progress);
 }
 
 Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,

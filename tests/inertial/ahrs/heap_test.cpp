@@ -33,9 +33,9 @@ TEST(NoHeap, AttitudeAndPedestrianAllocateNothing) {
   p.magnetic_drift.offset_sigma_uT = 50.0;
   p.ahrs.heading_history_s = 1.0;
   Pedestrian pedestrian(p);
-  EXPECT_EQ(allocations_of(exact, motion.samples), 0u);
-  EXPECT_EQ(allocations_of(quick, motion.samples), 0u);
-  EXPECT_EQ(allocations_of(pedestrian, motion.samples), 0u);
+  EXPECT_EQ(allocations_of(exact, motion.samples), 0U);
+  EXPECT_EQ(allocations_of(quick, motion.samples), 0U);
+  EXPECT_EQ(allocations_of(pedestrian, motion.samples), 0U);
 }
 
 }  // namespace

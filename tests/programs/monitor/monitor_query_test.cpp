@@ -90,7 +90,8 @@ TEST(MonitorQueries, GroupsOfMessagesAreNoGaps) {
   auto writer = *io::McapWriter::create(folder / "groups.mcap");
   const auto channel = *writer.add_channel("/x", "json");
   for (int i = 0; i < 1000; ++i) {
-    const double t = 0.1 * (i / 10) + 0.001 * (i % 10) + (i < 500 ? 0.0 : 1.0);
+    const int tens = i / 10;
+    const double t = 0.1 * tens + 0.001 * (i % 10) + (i < 500 ? 0.0 : 1.0);
     EXPECT_TRUE(writer.write(channel, at(t), at(t), json({{"x", i}}).dump()));
   }
   EXPECT_TRUE(writer.close());

@@ -23,7 +23,7 @@
 #include "logger/simulated_devices.hpp"
 #include "monitor/server.hpp"
 
-// After Eigen: one of its headers redefines a name that Eigen uses.
+// After Eigen: <resolv.h>, which it includes, defines a macro of a name there.
 #include <httplib.h>
 
 namespace wayfare::examples {

@@ -16,7 +16,6 @@ namespace wayfare::examples {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 struct Values {
   std::string log, axis = "x";

@@ -67,7 +67,7 @@ class FinishedRun : public ::testing::Test {
 
 TEST_F(FinishedRun, ErrorsAreThoseOfTheTrajectoriesWhateverTheReferencesFrame) {
   const auto errors = trajectory_errors(outputs());
-  ASSERT_EQ(errors.size(), 2u);
+  ASSERT_EQ(errors.size(), 2U);
   EXPECT_EQ(errors[1].name, "SLAM");
   for (const eval::AbsoluteError* e : {&errors[1].errors.start, &errors[1].errors.rigid}) {
     EXPECT_LT(e->translation_m.rmse, 1e-9);
@@ -139,7 +139,7 @@ TEST_F(FinishedRun, OtherEstimatesAreShownBesideSlam) {
         Transform2<frame::Map, frame::Base>(SE2d(2.0 * at.translation(), at.rotation()));
   }
   const auto errors = trajectory_errors(run);
-  ASSERT_EQ(errors.size(), 3u);
+  ASSERT_EQ(errors.size(), 3U);
   EXPECT_EQ(errors[1].name, "dead reckoning");
   EXPECT_GT(errors[1].errors.start.end_m,
             0.5 * trajectory_.back().T_map_base.raw().translation().norm());

@@ -162,8 +162,8 @@ TEST(LocaliseNode, WaitsForAnInitialPoseAndMovesItByOdometry) {
   Localised driven;
   driven.add(office_map());
   driven.add(mounting(r));
-  for (std::size_t i = 0; i < r.odometry.size(); ++i)
-    driven.node.add(ros::message_of(r.odometry[i], "odom", "base_link"), driven.now_s);
+  for (const auto& odometry : r.odometry)
+    driven.node.add(ros::message_of(odometry, "odom", "base_link"), driven.now_s);
   const std::size_t third = r.scans.size() / 3;
   for (std::size_t i = 0; i < third; ++i) driven.add(ros::message_of(r.scans[i], "laser"));
   driven.wait(3.0);

@@ -78,10 +78,10 @@ int free_port() {
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t n = sizeof address;
-  ::bind(fd, reinterpret_cast<sockaddr*>(&address), n);
-  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &n);
+  const bool bound = ::bind(fd, reinterpret_cast<sockaddr*>(&address), n) == 0 &&
+                     ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &n) == 0;
   ::close(fd);
-  return ntohs(address.sin_port);
+  return bound ? ntohs(address.sin_port) : 0;
 }
 
 unsigned own_domain() {

@@ -60,7 +60,7 @@ requires std::same_as<typename P::Value, SE2d>
   double sum = 0.0, c = 0.0, s = 0.0;
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
   for (const auto i : members) {
-    const SE2d pose = particles.state(i);
+    const SE2d& pose = particles.state(i);
     sum += weights[i];
     place += weights[i] * pose.translation();
     c += weights[i] * pose.rotation().cos();
