@@ -26,7 +26,7 @@ std::shared_ptr<const Stream> raw_stream(const SensorOptions& sensor) {
                                                 {"configuration", d.configuration}}});
 }
 
-std::string joined(std::string text, const std::string& more) {
+std::string joined(const std::string& text, const std::string& more) {
   return text + (text.empty() || more.empty() ? "" : "; ") + more;
 }
 

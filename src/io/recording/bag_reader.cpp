@@ -101,7 +101,8 @@ class Walk {
     if (record.op != Op::connection) return true;
     auto c = connection_of(record);
     if (!c) return fault(at, "a connection is malformed; skipped");
-    known_.emplace(c->id, *std::move(c));
+    const std::uint32_t id = c->id;
+    known_.emplace(id, *std::move(c));
     return true;
   }
 
@@ -182,7 +183,8 @@ struct BagReader::Impl {
       if (record->op == bag::Op::connection) {
         auto c = bag::connection_of(*record);
         if (!c || connections-- == 0) return false;
-        known.emplace(c->id, *std::move(c));
+        const std::uint32_t id = c->id;
+        known.emplace(id, *std::move(c));
       } else if (record->op == bag::Op::chunk_info) {
         if (chunks-- == 0) return false;
         ByteCursor counts(record->data);

@@ -20,7 +20,7 @@ std::uint64_t wire_time(LogTime time) {
   return (ns % 1'000'000'000) << 32U | ns / 1'000'000'000;
 }
 
-std::string header(Pairs pairs) {
+std::string header(const Pairs& pairs) {
   std::string out;
   for (const auto& [name, value] : pairs) put(out, std::string(name) + "=" + value);
   return out;

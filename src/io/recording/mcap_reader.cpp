@@ -166,7 +166,7 @@ class Indexer {
 
   /// Whether the index contains each chunk of the data once and no message is outside of the
   /// chunks, where it has no index. `end` is that of the data.
-  bool all_in_chunks(std::uint64_t end) const {
+  [[nodiscard]] bool all_in_chunks(std::uint64_t end) const {
     std::map<std::uint64_t, std::uint64_t> chunks;
     for (const IndexEntry& entry : index_.entries) chunks.emplace(entry.at, entry.until);
     std::string buffer;
@@ -236,7 +236,7 @@ namespace {
 
 bool matches(const McapQuery& query, const McapMessage& m) {
   return m.log_time >= query.from && m.log_time <= query.until &&
-         (query.topics.empty() || query.topics.count(m.channel->topic) != 0);
+         (query.topics.empty() || query.topics.contains(m.channel->topic));
 }
 
 struct PendingMessage {

@@ -147,7 +147,7 @@ struct McapWriter::Impl {
   }
 
   /// Groups of records of one type, followed by the position of each group.
-  std::string summary() {
+  [[nodiscard]] std::string summary() const {
     const std::uint64_t begin = position;
     std::string out, offsets;
     const auto group = [&](Opcode opcode, const auto& items, const auto& content) {

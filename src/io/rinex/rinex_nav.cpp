@@ -98,7 +98,7 @@ class NavigationReader {
     (which[3] == 'A' ? model->alpha : model->beta) = values;
   }
 
-  bool starts_message(std::string_view line) const {
+  [[nodiscard]] bool starts_message(std::string_view line) const {
     const std::size_t id = version2_ ? 2 : 3;
     if (line.size() < id + 19) return false;
     if (!version2_ && (line[0] < 'A' || line[0] > 'Z')) return false;

@@ -52,7 +52,7 @@ class G2oFields {
  protected:
   using Tokens = text::Tokens;
 
-  Error fault(std::string message) const {
+  [[nodiscard]] Error fault(std::string message) const {
     return Error{ErrorCode::parse, std::move(message), source_, line_};
   }
 

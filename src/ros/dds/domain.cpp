@@ -19,7 +19,7 @@ constexpr std::string_view kTopicPrefix = "rt";
 constexpr std::string_view kHashBegin = "typehash=", kHashEnd = ";";
 
 std::string environment(const char* name) {
-  const char* value = std::getenv(name);
+  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nothing here sets it
   return value == nullptr ? "" : value;
 }
 

@@ -30,6 +30,7 @@ bool receives(int fd, unsigned domain) {
 bool bind_to_loopback(unsigned domain) {
   const std::unique_ptr<DIR, int (*)(DIR*)> files(::opendir("/proc/self/fd"), ::closedir);
   bool found = false, bound = true;
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): of a stream of its own
   while (const dirent* file = files ? ::readdir(files.get()) : nullptr) {
     const int fd = std::atoi(file->d_name);
     if (!receives(fd, domain)) continue;

@@ -151,7 +151,7 @@ void Reception::deliver(const std::function<void(const std::string&)>& report) {
   std::sort(due.begin(), due.end(),
             [](const Due& a, const Due& b) { return a.message.number < b.message.number; });
   for (const Due& d : due) d.to->callback_(bytes_of(*d.message.bytes), d.message.received_ns);
-  // By index: a callback may subscribe.
+  // By index: a callback may subscribe.  NOLINTNEXTLINE(modernize-loop-convert)
   for (std::size_t i = 0; i < subscriptions_.size(); ++i)
     if (const std::string notice = subscriptions_[i]->ask_for_less(); !notice.empty())
       report(notice);

@@ -38,21 +38,23 @@ class Ros2Node final : public RawNode {
   Ros2Node(RosArguments arguments, dds::Reach reach)
       : arguments_(std::move(arguments)), reach_(reach) {}
 
-  const char* system() const override { return "ros2"; }
+  [[nodiscard]] const char* system() const override { return "ros2"; }
   bool connect() override;
-  bool ok() const override { return !interrupted(); }
-  std::vector<std::pair<std::string, std::string>> parameters() const override;
-  std::vector<PublishedTopic> topics() const override { return domain_->published(); }
+  [[nodiscard]] bool ok() const override { return !interrupted(); }
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> parameters() const override;
+  [[nodiscard]] std::vector<PublishedTopic> topics() const override { return domain_->published(); }
   RawPublisher advertise(const std::string& topic, const TopicType& type, const Qos& qos) override;
   RawSubscription subscribe(const std::string& topic, const TopicType& type, const Qos& qos,
                             RawCallback callback) override;
   void spin(double seconds) override;
-  std::int64_t now_ns() const override { return simulated_ns_ ? *simulated_ns_ : system_ns(); }
+  [[nodiscard]] std::int64_t now_ns() const override {
+    return simulated_ns_ ? *simulated_ns_ : system_ns();
+  }
   void say(Severity severity, const std::string& text) const override;
 
  private:
   /// With its namespaces, after remapping; a name that is none is reported, and none results.
-  std::optional<std::string> resolved(const std::string& topic) const;
+  [[nodiscard]] std::optional<std::string> resolved(const std::string& topic) const;
   /// Of subscribed topics: no message of another type is received.
   void report_other_types();
 

@@ -86,7 +86,7 @@ io::Problems RecordingFile::read(const std::set<std::string>& topics,
                                  const std::function<bool(const RecordedMessage&)>& sink) const {
   std::map<std::string_view, const Topic*> wanted;
   for (const Topic& topic : topics_)
-    if (topics.count(topic.name) != 0) wanted[topic.name] = &topic;
+    if (topics.contains(topic.name)) wanted[topic.name] = &topic;
   if (reader_->bag)
     return reader_->bag->read([&](const io::BagMessage& m) {
       const auto topic = wanted.find(m.connection->topic);

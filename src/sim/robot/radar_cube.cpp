@@ -41,6 +41,7 @@ class Kernel {
   }
   [[nodiscard]] double half_width() const { return half_width_; }
   [[nodiscard]] float operator()(double offset) const {
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative
     const auto i = static_cast<std::size_t>(std::abs(offset) * kSteps + 0.5);
     return i < values_.size() ? values_[i] : 0.0F;
   }

@@ -53,8 +53,8 @@ class Foot {
       const double strides = left ? std::max(0.0, i - 0.5) : std::min(i * 1.0, plan.strides - 0.5);
       const double heading = level_strides(plan, strides) * plan.turn_rad;
       headings_.push_back(heading);
-      stands_.push_back(along(strides) +
-                        side_m * Vector(-std::sin(heading), std::cos(heading), 0.0));
+      stands_.emplace_back(along(strides) +
+                           side_m * Vector(-std::sin(heading), std::cos(heading), 0.0));
     }
   }
 
@@ -114,7 +114,7 @@ FootTruth walk(const Foot& foot, const FeetPlan& plan, double duration_s, const 
     errors.step(dt, rng);
     truth.samples.push_back(errors.measure(
         {LogTime::from_nanoseconds(std::llround(i * dt * 1e9)), rate, force}, dt, rng));
-    truth.position.push_back(after.p - foot.begin());
+    truth.position.emplace_back(after.p - foot.begin());
   }
   return truth;
 }

@@ -146,7 +146,8 @@ class Furnisher {
     }
   }
 
-  void add_ghosts(const Reflector source) {  // by value: the list grows
+  // By value: the list grows.  NOLINTNEXTLINE(performance-unnecessary-value-param)
+  void add_ghosts(const Reflector source) {
     if (source.strength_db < params_.ghost_from_db) return;
     const auto walls = plan_.segments();
     for (std::size_t w = 0; w < walls.size(); ++w) {
