@@ -48,6 +48,7 @@ PARTS = below_tests("core decode eval filter gnss graph inertial io map match mo
 SYSTEMS = below_tests("abuse logger nav pedestrian ros ros2 slam tune")
 PROGRAMS = [*below_tests("fuzz headers programs"), "examples"]
 ELSE = below_tests("compile_fail consumer docs soak tutorials")  # gates tests, consumers, documents, soaks
+READERS = below_tests("core decode gnss io sensors")
 THREADED = below_tests("core filter graph logger nav ros sim slam tune")
 
 
@@ -133,12 +134,24 @@ def last_line(code, output):
 
 
 def aarch64(run):
+    cross(run, "aarch64-linux-gnu", PARTS + SYSTEMS)
+
+
+def armhf(run):
+    cross(run, "arm-linux-gnueabihf", PARTS)
+
+
+def s390x(run):
+    cross(run, "s390x-linux-gnu", READERS)
+
+
+def cross(run, triple, places):
     """Cross-compiled, tested by emulation."""
-    toolchain = f"-DCMAKE_TOOLCHAIN_FILE={headers.HERE / 'aarch64.cmake'}"
-    builds.configure(run, toolchain, *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
+    builds.configure(run, f"-DCMAKE_TOOLCHAIN_FILE={headers.HERE / 'cross.cmake'}", f"-DWAYFARE_CROSS={triple}",
+                     *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
                      "-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON")
-    builds.build(run, *all_of(PARTS + SYSTEMS))
-    builds.test(run, exclude=ELSEWHERE, places=PARTS + SYSTEMS)
+    builds.build(run, *all_of(places))
+    builds.test(run, exclude=ELSEWHERE, places=places)
 
 
 # Tests that other gates run, and why.
@@ -173,8 +186,12 @@ ALL = (
          fuzzing.check, ("clang++",), CLANG_PACKAGES),
     Gate("tidy", "clang-tidy on every translation unit", (*TREE, ".clang-tidy", "benchmarks"), tidy.check,
          ("clang-tidy", "clang++", "llvm-config"), "clang-tidy libclang-dev llvm-dev"),
-    Gate("aarch64", "cross build for 64-bit ARM, unit tests under emulation", TREE, aarch64,
+    Gate("aarch64", "cross build for 64-bit ARM, parts and systems under emulation", TREE, aarch64,
          ("aarch64-linux-gnu-g++", "qemu-aarch64-static"), "g++-aarch64-linux-gnu qemu-user-static"),
+    Gate("armhf", "the same for 32-bit ARM: parts", TREE, armhf, ("arm-linux-gnueabihf-g++", "qemu-arm-static"),
+         "g++-arm-linux-gnueabihf qemu-user-static"),
+    Gate("s390x", "the same for a big-endian machine: decoders, readers, GNSS", TREE, s390x,
+         ("s390x-linux-gnu-g++", "qemu-s390x-static"), "g++-s390x-linux-gnu qemu-user-static"),
     Gate("mutation", "random changes of single tokens that the tests notice", (*CODE, "tests"),
          mutation.check, ("clang++",), "clang"),
 )
