@@ -9,10 +9,8 @@ inline int whole_below(double t) {
   return i - (t < i ? 1 : 0);
 }
 
-typedef Ints LooseInts __attribute__((aligned(4), may_alias));
-typedef float Distances __attribute__((vector_size(32)));
-typedef Distances LooseDistances __attribute__((aligned(4), may_alias));
-typedef int32_t Indices __attribute__((vector_size(32)));
+using Distances = Wide<float, 8>;
+using Indices = Wide<int32_t, 8>;
 
 /// In each lane the least of the distances, the first of equals, and the least of the others.
 struct TwoNearest {
@@ -20,10 +18,9 @@ struct TwoNearest {
   Indices index;
 
   void offer(const Distances& d, const Indices& at, const Indices& is_nearer) {
-    const Distances farther = is_nearer ? least : d;
-    other = other < farther ? other : farther;
-    least = is_nearer ? d : least;
-    index = is_nearer ? at : index;
+    other = lesser(other, chosen(is_nearer, least, d));
+    least = chosen(is_nearer, d, least);
+    index = chosen(is_nearer, at, index);
   }
 };
 
@@ -38,33 +35,33 @@ inline TwoNearest search(const SurfaceTable& table, float px, float py, float ra
   const int north = whole_below((y + reach) * kBucketsPerMetre) - table.bottom;
   const int u0 = west > 0 ? west : 0, u1 = east < table.width - 1 ? east : table.width - 1;
   const int v0 = south > 0 ? south : 0, v1 = north < table.height - 1 ? north : table.height - 1;
-  const Distances limit = Distances{} + radius * radius;
-  TwoNearest best = {limit, limit, Indices{} - 1};
+  const Distances limit = radius * radius;
+  TwoNearest best = {limit, limit, Indices(-1)};
   if (u0 > u1) return best;
-  constexpr Indices kLanes = {0, 1, 2, 3, 4, 5, 6, 7};
+  const Indices lanes = lane_numbers<8>();
   for (int v = v0; v <= v1; ++v) {
     const uint32_t* row = table.first + static_cast<long>(v) * table.width;
     const int end = static_cast<int>(row[u1 + 1]);
     for (int i = static_cast<int>(row[u0]); i < end; i += 8) {
-      const Distances dx = *reinterpret_cast<const LooseDistances*>(table.x + i) - px;
-      const Distances dy = *reinterpret_cast<const LooseDistances*>(table.y + i) - py;
-      const Indices at = kLanes + i;
+      const Distances dx = Distances::loaded(table.x + i) - px;
+      const Distances dy = Distances::loaded(table.y + i) - py;
+      const Indices at = lanes + i;
       Distances d = dx * dx + dy * dy;
-      d = at < end ? d : limit;
-      best.offer(d, at, d < best.least);
+      d = chosen(less(at, Indices(end)), d, limit);
+      best.offer(d, at, less(d, best.least));
     }
   }
   return best;
 }
 
-/// The least lane, in all lanes.
-template <class Lanes>
-inline Lanes least_of(Lanes v) {
-  const auto with = [&](const Lanes& o) { v = v < o ? v : o; };
-  with(__builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
-  with(__builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
-  with(__builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
-  return v;
+template <class N, int L>
+inline N least_of(const Wide<N, L>& v) {
+  N least[L];
+  v.store(least);
+  for (int half = L / 2; half > 0; half /= 2)
+    for (int k = 0; k < half; ++k)
+      least[k] = least[k + half] < least[k] ? least[k + half] : least[k];
+  return least[0];
 }
 
 /// Searches and remembers the nearest point of a place, and how far all others are at least.
@@ -81,39 +78,43 @@ inline void search_from(const SurfaceTable& table, float x, float y, float radiu
   const TwoNearest found = search(table, x, y, bound + kMore_m);
   const Distances least = least_of(found.least);
   constexpr int32_t kNone = 0x7fffffff;
-  const Indices is_least = (found.index >= 0) & (found.least == least);
-  const Indices first = least_of(is_least ? found.index : Indices{} + kNone);
-  const Distances other = least_of(found.index == first ? found.other : found.least);
-  const int nearest = first[0] == kNone ? -1 : first[0];
+  const Indices is_least = less(Indices(-1), found.index) & equal(found.least, least);
+  const int32_t first = least_of(chosen(is_least, found.index, Indices(kNone)));
+  const float other =
+      least_of(chosen(equal(found.index, Indices(first)), found.other, found.least));
+  const int nearest = first == kNone ? -1 : first;
   known.index[i] = nearest;
   known.x[i] = x;
   known.y[i] = y;
   known.nearest_x[i] = nearest >= 0 ? table.x[nearest] : 0.0F;
   known.nearest_y[i] = nearest >= 0 ? table.y[nearest] : 0.0F;
-  known.others[i] = __builtin_sqrtf(other[0]);
+  known.others[i] = __builtin_sqrtf(other);
 }
 
 void nearest(const SurfaceTable& table, const float* __restrict x, const float* __restrict y, int n,
              float radius, const Neighbours& known, int32_t* __restrict index,
              float* __restrict squares) {
-  const Reals square = Reals{} + radius * radius;
+  const Reals square = radius * radius;
   int before = -1;
   for (int i = 0; i < n; i += 16) {
-    const auto at = [i](const float* p) { return *reinterpret_cast<const LooseReals*>(p + i); };
+    const auto at = [i](const float* p) { return Reals::loaded(p + i); };
     const auto squared_from = [&](const float* u, const float* v) {
       const Reals dx = at(x) - at(u), dy = at(y) - at(v);
       return dx * dx + dy * dy;
     };
-    const auto root = [](Reals v) {
-      for (int j = 0; j < 16; ++j) v[j] = __builtin_sqrtf(v[j]);
-      return v;
+    const auto take_root = [](Reals& v) {
+      for (auto& p : v.piece)
+        for (int j = 0; j < Reals::kPieceLanes; ++j) p[j] = __builtin_sqrtf(p[j]);
     };
-    const Ints last = *reinterpret_cast<const LooseInts*>(known.index + i);
-    const Reals moved = root(squared_from(known.x, known.y));
-    Reals away = root(squared_from(known.nearest_x, known.nearest_y));
-    away = last >= 0 ? away : Reals{} + radius;
+    const Ints last = Ints::loaded(known.index + i);
+    Reals moved = squared_from(known.x, known.y),
+          away = squared_from(known.nearest_x, known.nearest_y);
+    take_root(moved);
+    take_root(away);
+    away = chosen(less(last, Ints{}), Reals(radius), away);
     // Other points are at least as far as they were, less the way moved; wider than rounding.
-    const Ints holds = away + moved < at(known.others) * 0.9999F - 1e-6F;
+    const Reals others = at(known.others) * 0.9999F - 1e-6F;
+    const Ints holds = less(away + moved, others);
     const int lanes = n - i < 16 ? n - i : 16;
     for (int j = 0; j < lanes; ++j) {
       if (holds[j] != 0) continue;
@@ -127,28 +128,28 @@ void nearest(const SurfaceTable& table, const float* __restrict x, const float* 
       search_from(table, u, v, radius, hint, i + j, known);
       if (known.index[i + j] >= 0) before = known.index[i + j];
     }
-    const Ints found = *reinterpret_cast<const LooseInts*>(known.index + i);
+    const Ints found = Ints::loaded(known.index + i);
     const Reals distances = squared_from(known.nearest_x, known.nearest_y);
-    *reinterpret_cast<LooseInts*>(index + i) = distances <= square ? found : Ints{} - 1;
-    *reinterpret_cast<LooseReals*>(squares + i) = distances;
+    chosen(at_most(distances, square), found, Ints(-1)).store(index + i);
+    distances.store(squares + i);
   }
 }
 
 /// ln(1 + u) for u ≥ 0, to 2e-7 of its value.
 inline Reals log_one_plus(const Reals& u) {
   constexpr int32_t kRootHalf = 0x3f3504f3;
-  const Ints bits = reinterpret_cast<Ints>(1.0F + u);
+  const Ints bits = bits_of(1.0F + u);
   const Ints power = (bits - kRootHalf) >> 23;
-  const Reals mantissa = reinterpret_cast<Reals>(bits - (power << 23));
-  const Reals f = power == 0 ? u : mantissa - 1.0F;  // exact for small u
+  const Reals mantissa = of_bits(bits - (power << 23));
+  const Reals f = chosen(equal(power, Ints{}), u, mantissa - 1.0F);  // exact for small u
   const Reals s = f / (2.0F + f), ss = s * s;
   const Reals series = ((ss * (1.0F / 9) + 1.0F / 7) * ss + 1.0F / 5) * ss + 1.0F / 3;
-  return __builtin_convertvector(power, Reals) * 0.69314718F + 2.0F * (s + s * ss * series);
+  return to_reals(power) * 0.69314718F + 2.0F * (s + s * ss * series);
 }
 
 void line_squares(const PointLines& l, const CellTransform& t, float information,
                   double* __restrict sums) {
-  const auto at = [](const float* p, int i) { return *reinterpret_cast<const LooseReals*>(p + i); };
+  const auto at = [](const float* p, int i) { return Reals::loaded(p + i); };
   for (int k = 0; k < 10; ++k) sums[k] = 0;
   for (int block = 0; block < l.n; block += 512) {
     const int end = l.n - block < 512 ? l.n : block + 512;

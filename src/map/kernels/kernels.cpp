@@ -143,6 +143,8 @@ uint32_t point_bounds(const float* __restrict x, const float* __restrict y, int 
   return largest(sums);
 }
 
+#include "map/kernels/wide.inl"
+
 #include "map/kernels/distances.inl"
 
 #include "map/kernels/merged.inl"

@@ -1,10 +1,6 @@
 // Part of kernels.cpp: sums over the points for the least-squares matchers.
 
-// Sixteen lanes in every variant, so that the sums round alike; lanes past the end read zeros. The
-// lanes are summed in double precision every 512 points.
-typedef float Reals __attribute__((vector_size(64)));
-typedef Reals LooseReals __attribute__((aligned(4), may_alias));
-typedef int32_t Ints __attribute__((vector_size(64)));
+// Lanes past the end read zeros; they are summed in double precision every 512 points.
 
 /// Sixteen points in the field: the cell below and left of each, and the fractions beyond it.
 struct FieldPoints {
@@ -15,19 +11,16 @@ struct FieldPoints {
 inline FieldPoints placed(const float* x, const float* y, const CellTransform& t,
                           const Field& field) {
   FieldPoints p;
-  p.x = *reinterpret_cast<const LooseReals*>(x);
-  p.y = *reinterpret_cast<const LooseReals*>(y);
+  p.x = Reals::loaded(x);
+  p.y = Reals::loaded(y);
   Reals u = t.c * p.x - t.s * p.y + t.ox, v = t.s * p.x + t.c * p.y + t.oy;
-  const Reals right = Reals{} + static_cast<float>(field.width + 4);
-  const Reals top = Reals{} + static_cast<float>(field.height + 4), low = Reals{} - 4.0F;
-  u = u > low ? u : low;
-  u = u < right ? u : right;
-  v = v > low ? v : low;
-  v = v < top ? v : top;
-  const Ints column = __builtin_convertvector(u + 8.0F, Ints) - 8;
-  const Ints row = __builtin_convertvector(v + 8.0F, Ints) - 8;
-  p.fu = u - __builtin_convertvector(column, Reals);
-  p.fv = v - __builtin_convertvector(row, Reals);
+  const Reals right = static_cast<float>(field.width + 4);
+  const Reals top = static_cast<float>(field.height + 4), low = -4.0F;
+  u = lesser(greater(u, low), right);
+  v = lesser(greater(v, low), top);
+  const Ints column = to_ints(u + 8.0F) - 8, row = to_ints(v + 8.0F) - 8;
+  p.fu = u - to_reals(column);
+  p.fv = v - to_reals(row);
   p.at = row * field.stride + column;
   return p;
 }
@@ -40,12 +33,19 @@ struct Samples {
 /// Two neighbouring cells, `offset` from each point's.
 inline Ints pairs(const uint16_t* table, const Ints& at, long offset, int lanes) {
   typedef int32_t Pair __attribute__((aligned(2), may_alias));
-  Ints found = {};
-  for (int j = 0; j < lanes; ++j) found[j] = *reinterpret_cast<const Pair*>(table + at[j] + offset);
-  return found;
+  int32_t cell[16], found[16] = {};
+  at.store(cell);
+  const auto load = [&](int j) {
+    found[j] = *reinterpret_cast<const Pair*>(table + cell[j] + offset);
+  };
+  if (lanes == 16)
+    for (int j = 0; j < 16; ++j) load(j);
+  else
+    for (int j = 0; j < lanes; ++j) load(j);
+  return Ints::loaded(found);
 }
-inline Reals first_of(const Ints& pair) { return __builtin_convertvector(pair & 0xffff, Reals); }
-inline Reals second_of(const Ints& pair) { return __builtin_convertvector(pair >> 16, Reals); }
+inline Reals first_of(const Ints& pair) { return to_reals(pair & Ints(0xffff)); }
+inline Reals second_of(const Ints& pair) { return to_reals(pair >> 16); }
 
 inline Samples bilinear(const FieldPoints& p, const Field& field, int lanes) {
   const Ints near = pairs(field.table, p.at, 0, lanes);
@@ -145,12 +145,12 @@ inline void squares(const float* __restrict x, const float* __restrict y, int n,
   const auto add = [=](const Reals& f, const Reals& g0, const Reals& g1, const Reals& g2, int lanes,
                        Reals* acc) {
     Reals r = one - f;
-    for (int j = lanes; j < 16; ++j) r[j] = 0;
+    if (lanes < 16) r = chosen(less(lane_numbers(), Ints(lanes)), r, Reals{});
     acc[0] += r * r;
     acc[1] += r * g0;
     acc[2] += r * g1;
     acc[3] += r * g2;
-    add_outer(Reals{} + 1.0F, g0, g1, g2, acc);
+    add_outer(Reals(1.0F), g0, g1, g2, acc);
   };
   sum_over(x, y, n, t, field, sums, sample, add);
 }

@@ -1,64 +1,59 @@
 // Part of kernels.cpp: sums over the normal distributions at points.
 
 inline Reals floor_of(const Reals& t) {
-  const Reals whole = __builtin_convertvector(__builtin_convertvector(t, Ints), Reals);
-  return whole - __builtin_convertvector((t < whole) & 1, Reals);
+  const Reals whole = to_reals(to_ints(t));
+  return whole + to_reals(less(t, whole));
 }
 
 /// exp(−q/2) for q ≥ 0, to 2e-7 of its value; 0 ≤ q ≤ 160 in effect.
 inline Reals gaussian(const Reals& q) {
-  const Reals most = Reals{} + 160.0F;
-  const Reals y = -0.72134752F * (q < most ? q : most);  // log₂ e / 2
-  const Ints whole = __builtin_convertvector(y - 0.5F, Ints);
-  const Reals f = 0.69314718F * (y - __builtin_convertvector(whole, Reals));
+  const Reals most = 160.0F;
+  const Reals y = -0.72134752F * lesser(q, most);  // log₂ e / 2
+  const Ints whole = to_ints(y - 0.5F);
+  const Reals f = 0.69314718F * (y - to_reals(whole));
   Reals p = f * (1.0F / 720) + 1.0F / 120;
   p = p * f + 1.0F / 24;
   p = p * f + 1.0F / 6;
   p = p * f + 0.5F;
   p = p * f + 1.0F;
   p = p * f + 1.0F;
-  return p * reinterpret_cast<Reals>((whole + 127) << 23);
+  return p * of_bits((whole + 127) << 23);
 }
 
 void ndt_sums(const float* __restrict x, const float* __restrict y, int n, const CellTransform& t,
               const NdtTable& table, double* __restrict sums) {
   const int stride = table.width + 2;
+  const Ints right = table.width + 1, top = table.height + 1;
   for (int k = 0; k < 10; ++k) sums[k] = 0;
   for (int block = 0; block < n; block += 256) {
     const int end = n - block < 256 ? n : block + 256;
     Reals acc[10] = {};
     for (int i = block; i < end; i += 16) {
-      const Reals px = *reinterpret_cast<const LooseReals*>(x + i);
-      const Reals py = *reinterpret_cast<const LooseReals*>(y + i);
+      const Reals px = Reals::loaded(x + i);
+      const Reals py = Reals::loaded(y + i);
       const Reals ru = t.c * px - t.s * py, rv = t.s * px + t.c * py;
       const int lanes = end - i < 16 ? end - i : 16;
       Reals likelihood = {}, s0 = {}, s1 = {}, suu = {}, suv = {}, svv = {};
       for (int tiling = 0; tiling < 4; ++tiling) {
-        const Reals limit = Reals{} + t.limit;
+        const Reals limit = t.limit;
         Reals u = ru + (t.ox + 0.5F * static_cast<float>(tiling & 1));
         Reals v = rv + (t.oy + 0.5F * static_cast<float>(tiling >> 1));
-        u = u < limit ? u : limit;
-        u = u > -limit ? u : -limit;
-        v = v < limit ? v : limit;
-        v = v > -limit ? v : -limit;
+        u = greater(lesser(u, limit), -limit);
+        v = greater(lesser(v, limit), -limit);
         const Reals left = floor_of(u), low = floor_of(v);
-        Ints column = __builtin_convertvector(left, Ints) + (t.du + 1);
-        Ints row = __builtin_convertvector(low, Ints) + (t.dv + 1);
-        column = column > 0 ? column : 0;
-        column = column < table.width + 1 ? column : table.width + 1;
-        row = row > 0 ? row : 0;
-        row = row < table.height + 1 ? row : table.height + 1;
+        const Ints column = lesser(greater(to_ints(left) + (t.du + 1), Ints{}), right);
+        const Ints row = lesser(greater(to_ints(low) + (t.dv + 1), Ints{}), top);
         const Ints at = row * stride + column;
-        Reals mu = {}, mv = {}, uu = {}, uv = {}, vv = {}, known = {};
+        int32_t square[16];
+        at.store(square);
+        float columns[6][16] = {};
         for (int j = 0; j < lanes; ++j) {
-          const float* d = table.distributions + 8L * table.places[tiling][at[j]];
-          mu[j] = d[0];
-          mv[j] = d[1];
-          uu[j] = d[2];
-          uv[j] = d[3];
-          vv[j] = d[4];
-          known[j] = d[5];
+          const float* d = table.distributions + 8L * table.places[tiling][square[j]];
+          for (int k = 0; k < 6; ++k) columns[k][j] = d[k];
         }
+        const Reals mu = Reals::loaded(columns[0]), mv = Reals::loaded(columns[1]);
+        const Reals uu = Reals::loaded(columns[2]), uv = Reals::loaded(columns[3]);
+        const Reals vv = Reals::loaded(columns[4]), known = Reals::loaded(columns[5]);
         const Reals du = u - left - mu, dv = v - low - mv;
         const Reals pu = uu * du + uv * dv, pv = uv * du + vv * dv;
         const Reals e = known * gaussian(du * pu + dv * pv);
