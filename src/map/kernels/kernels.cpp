@@ -17,6 +17,8 @@ using std::uint32_t;
 using std::uint64_t;
 using std::uint8_t;
 
+#include "map/kernels/wide.inl"
+
 inline float saturated(float t, float limit) {
   const float low = t > -limit ? t : -limit;  // NaN becomes −limit
   return low < limit ? low : limit;
@@ -52,16 +54,13 @@ void block_rows(const uint16_t* __restrict table, int stride, const int32_t* __r
   for (int i = 0; i < kRows * kBlock; ++i) sums[i] = 0;
   for (int begin = 0; begin < n; begin += 16) {
     const int end = begin + 16 < n ? begin + 16 : n;
-    typedef uint16_t Lanes __attribute__((vector_size(2 * kBlock), aligned(2), may_alias));
-    typedef uint32_t Sums __attribute__((vector_size(4 * kBlock), aligned(4), may_alias));
-    Lanes acc[kRows] = {};
+    Wide<uint16_t, kBlock> acc[kRows];
     for (int i = begin; i < end; ++i) {
       const uint16_t* p = table + at[i];
       for (int r = 0; r < kRows; ++r)
-        acc[r] += *reinterpret_cast<const Lanes*>(p + static_cast<long>(r) * stride);
+        acc[r] += Wide<uint16_t, kBlock>::loaded(p + static_cast<long>(r) * stride);
     }
-    for (int r = 0; r < kRows; ++r)
-      reinterpret_cast<Sums*>(sums)[r] += __builtin_convertvector(acc[r], Sums);
+    for (int r = 0; r < kRows; ++r) add_widened(acc[r], sums + r * kBlock);
   }
 }
 
@@ -142,8 +141,6 @@ uint32_t point_bounds(const float* __restrict x, const float* __restrict y, int 
   for (int k = 0; k < 16; ++k) sums[k] += all[k];
   return largest(sums);
 }
-
-#include "map/kernels/wide.inl"
 
 #include "map/kernels/distances.inl"
 

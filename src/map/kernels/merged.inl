@@ -35,30 +35,14 @@ int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const
 }
 
 // A part's total weight times a byte fits 16 bits.
+template <int kGroups>
 inline void add_bounds(const uint8_t* __restrict table, const int32_t* __restrict at,
                        const uint16_t* __restrict weight, int n, uint32_t* __restrict sums) {
-  typedef uint8_t Bytes __attribute__((vector_size(16), aligned(1), may_alias));
-  typedef uint16_t Lanes __attribute__((vector_size(32)));
-  Lanes acc = {};
+  Wide<uint16_t, 16> acc[kGroups];
   for (int i = 0; i < n; ++i)
-    acc +=
-        weight[i] * __builtin_convertvector(*reinterpret_cast<const Bytes*>(table + at[i]), Lanes);
-  for (int k = 0; k < 16; ++k) sums[k] += acc[k];
-}
-
-template <int kPairs>
-inline void add_pairs_of_bounds(const uint8_t* __restrict table, const int32_t* __restrict at,
-                                const uint16_t* __restrict weight, int n,
-                                uint32_t* __restrict sums) {
-  typedef uint8_t Bytes __attribute__((vector_size(32), aligned(1), may_alias));
-  typedef uint16_t Lanes __attribute__((vector_size(64)));
-  Lanes acc[kPairs] = {};
-  for (int i = 0; i < n; ++i) {
-    const Bytes* p = reinterpret_cast<const Bytes*>(table + at[i]);
-    for (int k = 0; k < kPairs; ++k) acc[k] += weight[i] * __builtin_convertvector(p[k], Lanes);
-  }
-  for (int k = 0; k < kPairs; ++k)
-    for (int j = 0; j < 32; ++j) sums[k * 32 + j] += acc[k][j];
+    for (int g = 0; g < kGroups; ++g)
+      acc[g] += Wide<uint16_t, 16>(weight[i]) * Wide<uint16_t, 16>::widened(table + at[i] + 16 * g);
+  for (int g = 0; g < kGroups; ++g) add_widened(acc[g], sums + 16 * g);
 }
 
 void merged_bounds(const Merged& m, int part, const BoundTable& b, int dx, int dy, int groups,
@@ -69,11 +53,11 @@ void merged_bounds(const Merged& m, int part, const BoundTable& b, int dx, int d
   bound_index(m.x + first, m.y + first, (n + 15) / 16 * 16, dx, dy, 0, b.width, b.height, b.columns,
               at);
   if (groups == 1)
-    add_bounds(b.table, at, weight, n, sums);
+    add_bounds<1>(b.table, at, weight, n, sums);
   else if (groups == 2)
-    add_pairs_of_bounds<1>(b.table, at, weight, n, sums);
+    add_bounds<2>(b.table, at, weight, n, sums);
   else
-    add_pairs_of_bounds<2>(b.table, at, weight, n, sums);
+    add_bounds<4>(b.table, at, weight, n, sums);
 }
 
 void merged_pairs(const Merged& m, int parts, const uint8_t* __restrict table, int stride,
@@ -98,16 +82,12 @@ void merged_pairs(const Merged& m, int parts, const uint8_t* __restrict table, i
 
 void merged_rows(const Merged& m, int parts, const uint16_t* __restrict table, int stride,
                  const int32_t* __restrict at, uint32_t* __restrict sums) {
-  typedef uint16_t Values __attribute__((vector_size(2 * kBlock), aligned(2), may_alias));
-  typedef uint32_t Lanes __attribute__((vector_size(4 * kBlock)));
-  Lanes row[2] = {};
+  Wide<uint32_t, kBlock> row[2];
   for (int i = 0; i < m.ends[parts - 1]; ++i) {
-    const uint32_t weight = m.weight[i];
+    const uint16_t* p = table + at[i];
     for (int r = 0; r < 2; ++r)
-      row[r] += weight * __builtin_convertvector(*reinterpret_cast<const Values*>(
-                                                     table + at[i] + static_cast<long>(r) * stride),
-                                                 Lanes);
+      row[r] += Wide<uint32_t, kBlock>(m.weight[i]) *
+                Wide<uint32_t, kBlock>::widened(p + static_cast<long>(r) * stride);
   }
-  for (int r = 0; r < 2; ++r)
-    for (int c = 0; c < kBlock; ++c) sums[r * kBlock + c] = row[r][c];
+  for (int r = 0; r < 2; ++r) row[r].store(sums + r * kBlock);
 }

@@ -31,6 +31,18 @@ struct Wide {
     for (int k = 0; k < kPieces; ++k) __builtin_memcpy(&v.piece[k], from + k * kPieceLanes, kBytes);
     return v;
   }
+  /// Of numbers of a narrower type.
+  template <class Narrow>
+  static Wide widened(const Narrow* from) {
+    typedef Narrow Narrows __attribute__((vector_size(kPieceLanes * sizeof(Narrow))));
+    Wide v;
+    for (int k = 0; k < kPieces; ++k) {
+      Narrows n;
+      __builtin_memcpy(&n, from + k * kPieceLanes, sizeof n);
+      v.piece[k] = __builtin_convertvector(n, Piece);
+    }
+    return v;
+  }
   void store(Number* to) const {
     for (int k = 0; k < kPieces; ++k) __builtin_memcpy(to + k * kPieceLanes, &piece[k], kBytes);
   }
@@ -87,6 +99,12 @@ inline bool any_of(const Ints& v) {
   bool any = false;
   for (int k = 0; k < Ints::kPieceLanes; ++k) any |= all[k] != 0;
   return any;
+}
+
+inline void add_widened(const Wide<uint16_t, 16>& v, uint32_t* sums) {
+  uint16_t numbers[16];
+  v.store(numbers);
+  (Wide<uint32_t, 16>::loaded(sums) + Wide<uint32_t, 16>::widened(numbers)).store(sums);
 }
 
 /// a < b ? a : b, and its mirror image.
