@@ -7,6 +7,7 @@ import fuzzing
 import headers
 import mutation
 import tidy
+import vectors
 from running import Gate, Step, Stopped
 from tree import ROOT, digest_of_file
 
@@ -135,6 +136,7 @@ def last_line(code, output):
 
 def aarch64(run):
     cross(run, "aarch64-linux-gnu", PARTS + SYSTEMS)
+    vectors.check(run, run.folder)
 
 
 def armhf(run):
