@@ -1,11 +1,9 @@
 // Samples of an inertial unit, and what relates its clock to GPS time.
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/io/nav_text.hpp>
@@ -171,7 +169,6 @@ namespace {
 
 constexpr std::string_view kTableMagic = "F32 ";
 constexpr std::size_t kTableHeader = 16;
-static_assert(std::endian::native == std::endian::little, "the table's numbers are little endian");
 
 }  // namespace
 
@@ -198,7 +195,8 @@ Result<FloatTable> parse_float_table(std::string_view bytes, const std::string& 
   if (available == 0) return error("contains no rows", kTableHeader);
   if (available < wanted) table.problems.add(error("ends before its last row", bytes.size()));
   table.values.resize(available * table.columns);
-  std::memcpy(table.values.data(), body.data(), table.values.size() * sizeof(float));
+  for (std::size_t i = 0; i < table.values.size(); ++i)
+    table.values[i] = decode::load_le<float>(body, i * sizeof(float));
   return table;
 }
 
@@ -210,9 +208,9 @@ std::string format_float_table(std::span<const float> values, std::size_t column
   WAYFARE_EXPECTS(columns > 0 && values.size() % columns == 0, "the rows must be of equal length");
   std::string out(kTableMagic);
   const auto append = [&](auto value) {
-    char raw[sizeof value];
-    std::memcpy(raw, &value, sizeof value);
-    out.append(raw, sizeof raw);
+    std::uint8_t raw[sizeof value];
+    decode::store_le(value, raw);
+    out.append(raw, raw + sizeof raw);
   };
   append(static_cast<std::int32_t>(columns));
   append(static_cast<std::int64_t>(values.size() / columns));

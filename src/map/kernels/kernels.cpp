@@ -5,8 +5,6 @@
 // Wide vectors are passed only between functions of this file, so the ABI does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "narrow values are read in wider lanes");
-
 namespace wayfare::kernels::WAYFARE_ISA {
 namespace {
 
@@ -82,16 +80,14 @@ void block_scores(const uint16_t* table, int stride, const int32_t* at, int n, i
 // Sums every second byte of a row, in 16-bit lanes that hold the sum of 256 bytes.
 void pair_scores(const uint8_t* __restrict table, int stride, const int32_t* __restrict at, int n,
                  uint32_t* __restrict sums) {
-  typedef uint16_t Lanes __attribute__((vector_size(16)));
-  typedef Lanes Bytes __attribute__((aligned(1), may_alias));
   for (int k = 0; k < 16; ++k) sums[k] = 0;
   for (int begin = 0; begin < n; begin += 256) {
     const int end = begin + 256 < n ? begin + 256 : n;
-    Lanes low = {}, high = {};
+    EightSums low = {}, high = {};
     for (int i = begin; i < end; ++i) {
       const uint8_t* p = table + at[i];
-      low += *reinterpret_cast<const Bytes*>(p) & 0xff;
-      high += *reinterpret_cast<const Bytes*>(p + 2L * stride) & 0xff;
+      low += even_bytes(p);
+      high += even_bytes(p + 2L * stride);
     }
     for (int c = 0; c < 8; ++c) {
       sums[c] += low[c];

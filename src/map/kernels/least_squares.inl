@@ -44,8 +44,12 @@ inline Ints pairs(const uint16_t* table, const Ints& at, long offset, int lanes)
     for (int j = 0; j < lanes; ++j) load(j);
   return Ints::loaded(found);
 }
-inline Reals first_of(const Ints& pair) { return to_reals(pair & Ints(0xffff)); }
-inline Reals second_of(const Ints& pair) { return to_reals(pair >> 16); }
+inline Reals first_of(const Ints& pair) {
+  return to_reals(kLittleEndian ? pair & Ints(0xffff) : pair >> 16);
+}
+inline Reals second_of(const Ints& pair) {
+  return to_reals(kLittleEndian ? pair >> 16 : pair & Ints(0xffff));
+}
 
 inline Samples bilinear(const FieldPoints& p, const Field& field, int lanes) {
   const Ints near = pairs(field.table, p.at, 0, lanes);

@@ -62,16 +62,14 @@ void merged_bounds(const Merged& m, int part, const BoundTable& b, int dx, int d
 
 void merged_pairs(const Merged& m, int parts, const uint8_t* __restrict table, int stride,
                   const int32_t* __restrict at, uint32_t* __restrict sums) {
-  typedef uint16_t Lanes __attribute__((vector_size(16)));
-  typedef Lanes Bytes __attribute__((aligned(1), may_alias));
   for (int k = 0; k < 16; ++k) sums[k] = 0;
   int i = 0;
   for (int part = 0; part < parts; ++part) {
-    Lanes low = {}, high = {};
+    EightSums low = {}, high = {};
     for (; i < m.ends[part]; ++i) {
       const uint8_t* p = table + at[i];
-      low += m.weight[i] * (*reinterpret_cast<const Bytes*>(p) & 0xff);
-      high += m.weight[i] * (*reinterpret_cast<const Bytes*>(p + 2L * stride) & 0xff);
+      low += m.weight[i] * even_bytes(p);
+      high += m.weight[i] * even_bytes(p + 2L * stride);
     }
     for (int c = 0; c < 8; ++c) {
       sums[c] += low[c];

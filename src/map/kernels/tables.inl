@@ -11,9 +11,10 @@ void stamp(uint16_t* __restrict target, int stride, const uint16_t* __restrict k
   }
 }
 
-// Transposes the 4×4 bytes of every four 32-bit words, little-endian.
+// Transposes the 4×4 bytes of every four 32-bit words.
 void interleave(const uint8_t* const* rows, int entries, uint8_t* const* out) {
   typedef uint32_t Word __attribute__((aligned(1), may_alias));
+  const auto little = [](uint32_t w) { return kLittleEndian ? w : __builtin_bswap32(w); };
   const Word* in[4];
   Word* to[4];
   for (int j = 0; j < 4; ++j) {
@@ -23,14 +24,16 @@ void interleave(const uint8_t* const* rows, int entries, uint8_t* const* out) {
   const Word* __restrict a = in[0], * __restrict b = in[1], * __restrict c = in[2], * __restrict d = in[3];
   Word* __restrict o = to[0], * __restrict p = to[1], * __restrict q = to[2], * __restrict r = to[3];
   for (int e = 0; e < entries; ++e) {
-    const uint32_t ab = (a[e] & 0x00ff00ff) | ((b[e] & 0x00ff00ff) << 8);
-    const uint32_t cd = (c[e] & 0x00ff00ff) | ((d[e] & 0x00ff00ff) << 8);
-    const uint32_t ba = ((a[e] >> 8) & 0x00ff00ff) | (b[e] & 0xff00ff00);
-    const uint32_t dc = ((c[e] >> 8) & 0x00ff00ff) | (d[e] & 0xff00ff00);
-    o[e] = (ab & 0xffff) | (cd << 16);
-    q[e] = (ab >> 16) | (cd & 0xffff0000);
-    p[e] = (ba & 0xffff) | (dc << 16);
-    r[e] = (ba >> 16) | (dc & 0xffff0000);
+    const uint32_t first = little(a[e]), second = little(b[e]), third = little(c[e]),
+                   fourth = little(d[e]);
+    const uint32_t ab = (first & 0x00ff00ff) | ((second & 0x00ff00ff) << 8);
+    const uint32_t cd = (third & 0x00ff00ff) | ((fourth & 0x00ff00ff) << 8);
+    const uint32_t ba = ((first >> 8) & 0x00ff00ff) | (second & 0xff00ff00);
+    const uint32_t dc = ((third >> 8) & 0x00ff00ff) | (fourth & 0xff00ff00);
+    o[e] = little((ab & 0xffff) | (cd << 16));
+    q[e] = little((ab >> 16) | (cd & 0xffff0000));
+    p[e] = little((ba & 0xffff) | (dc << 16));
+    r[e] = little((ba >> 16) | (dc & 0xffff0000));
   }
 }
 

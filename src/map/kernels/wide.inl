@@ -2,6 +2,9 @@
 // stored in vectors of a register: on vectors wider than that GCC compares, chooses and converts
 // number by number.
 
+/// Of numbers that are read in wider ones.
+constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
+
 #if defined(__AVX512F__)
 constexpr int kRegister = 64;
 #elif defined(__AVX2__)
@@ -145,4 +148,12 @@ inline Ints bits_of(const Reals& v) {
 }
 inline Reals of_bits(const Ints& v) {
   return Reals::each([](auto p) { return reinterpret_cast<Reals::Piece>(p); }, v);
+}
+
+typedef uint16_t EightSums __attribute__((vector_size(16)));
+/// The first, third, … of sixteen bytes.
+inline EightSums even_bytes(const uint8_t* p) {
+  EightSums two;
+  __builtin_memcpy(&two, p, sizeof two);
+  return kLittleEndian ? two & 0xff : two >> 8;
 }
