@@ -7,7 +7,7 @@
 #include <utility>
 
 namespace wayfare {
-namespace {
+namespace robot_streams {
 
 // Cumulative sums of N increments over time, interpolated.
 template <std::size_t N>
@@ -74,7 +74,9 @@ class Track {
 
 enum Stream : std::size_t { kWheels, kGyro, kRadar, kLaser, kStreams };
 
-}  // namespace
+}  // namespace robot_streams
+
+using namespace robot_streams;
 
 class RobotSynchroniser::Impl {
  public:
