@@ -9,7 +9,7 @@ import mutation
 import tidy
 import vectors
 from running import Gate, Step, Stopped
-from tree import ROOT, digest_of_file
+from tree import ROOT, digest_of_file, digest_of_files
 
 CODE = ("CMakeLists.txt", "cmake", "include", "src")
 TREE = (*CODE, "benchmarks/accuracy", "docs", "examples", "tests", "README.md", "run")
@@ -26,6 +26,12 @@ def documents(run):
 def tests(run):
     """The tests of ./run test, in its folder."""
     run_tests(run)
+
+
+def demo(run):
+    """What a visitor does first, with Debian's default compiler."""
+    inputs = digest_of_files(*CODE, "examples", "run")
+    run.steps([Step("programs and demo", ["sh", "-c", "./run programs && ./run demo"], inputs, timeout_s=3300, verdict=last_line)])
 
 
 def run_tests(run, select="."):
@@ -166,6 +172,7 @@ ALL = (
     Gate("headers", "every public header alone and all together, C++20 and C++23, Clang and GCC, without "
          "exceptions and RTTI, conversion and shadow warnings", CODE, headers.check, ("clang++", "g++"), "clang g++"),
     Gate("tests", "Clang build and all tests", TREE, tests, ("clang++", "cmake"), "clang cmake"),
+    Gate("demo", "all programs built by GCC with optimisation, the demo", TREE, demo, ("g++", "cmake"), "g++ cmake"),
     Gate("documents", "API pages without warnings; programs, options and figures of the documents", TREE,
          documents, ("doxygen",), "doxygen"),
     Gate("consumers", "a consumer's project with every subset of the optional packages",
