@@ -79,9 +79,11 @@ endfunction()
 
 # wayfare_unite(TARGET): with WAYFARE_FAST_BUILD the sources of a target are compiled eight at a time, which
 # instantiates what they share once. Names in their unnamed namespaces therefore differ.
+# GCC warns of types in unnamed namespaces that other types contain where the source is not the main file.
 function(wayfare_unite target)
   if(WAYFARE_FAST_BUILD AND PROJECT_IS_TOP_LEVEL)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
 endfunction()
 
