@@ -254,6 +254,7 @@ endfunction()
 # wayfare_benchmark(NAME SOURCES ... LIBS ...): bench_NAME, with Google Benchmark's main.
 function(wayfare_benchmark name)
   wayfare_program(bench_${name} ${ARGN})
+  set_target_properties(bench_${name} PROPERTIES UNITY_BUILD OFF)  # their sources share names
   target_link_libraries(bench_${name} PRIVATE benchmark::benchmark_main)
   target_include_directories(bench_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests"
                                                    "${PROJECT_SOURCE_DIR}/src")
