@@ -7,7 +7,7 @@
 #include <utility>
 
 namespace wayfare {
-namespace robot_streams {
+namespace {
 
 // Cumulative sums of N increments over time, interpolated.
 template <std::size_t N>
@@ -74,9 +74,7 @@ class Track {
 
 enum Stream : std::size_t { kWheels, kGyro, kRadar, kLaser, kStreams };
 
-}  // namespace robot_streams
-
-using namespace robot_streams;
+}  // namespace
 
 class RobotSynchroniser::Impl {
  public:

@@ -63,7 +63,7 @@ def _page(results):
         rows.append(f'<tr class="{kind}"><th title="{html.escape(r.gate.title)}"><a href="#{row[0]}">{row[0]}</a></th>'
                     f"<td class=verdict>{row[1]}</td>{cells}</tr>")
     parts = [f"<!doctype html><html lang=en><meta charset=utf-8><title>wayfare: checks</title><style>{style}</style>",
-             f"<h1>wayfare: checks</h1><table><tr>",
+             "<h1>wayfare: checks</h1><table><tr>",
              "".join(f"<th>{h}</th>" for h in HEAD), "</tr>", *rows, "</table>"]
     for r in results:
         parts.append(f"<h2 id={r.gate.name}>{r.gate.name}</h2><p>{html.escape(r.gate.title)}. {html.escape(r.line())}"

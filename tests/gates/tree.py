@@ -92,10 +92,12 @@ def commit():
 
 
 def machine():
-    """Processor and cores."""
+    """Processor, cores and compilers."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         model = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
     except (OSError, StopIteration):
         model = platform.machine()
-    return f"{model}, {os.cpu_count()} cores"
+    found = [(name, re.match(r".*?version (\S+)|.*\) (\S+)", version_of(tool)))
+             for name, tool in (("Clang", "clang++"), ("GCC", "g++"))]
+    return ", ".join([model, f"{os.cpu_count()} cores", *(f"{name} {m[1] or m[2]}" for name, m in found if m)])

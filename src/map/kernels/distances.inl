@@ -55,8 +55,8 @@ bool row_minimum(const uint16_t* column, int n, int32_t* scratch, int32_t* out) 
 void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float* cos,
           const float* sin, int n, float limit, float* cells) {
   constexpr float kSlack = 1.41422F, kInside = 1e-3F, kNever = 1e9F;
-  const Reals zero = {}, one = zero + 1.0F, never = zero + kNever, end = zero + limit;
-  const Ints none = {}, right = none + table.width, top = none + table.height;
+  const Reals zero = {}, one = 1.0F, never = kNever, end = limit;
+  const Ints below = -1, right = table.width, top = table.height;
   for (int begin = 0; begin < n; begin += 16) {
     const Reals c = Reals::loaded(cos + begin);
     const Reals s = Reals::loaded(sin + begin);
@@ -78,8 +78,8 @@ void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float
       low_y += to_reals(past_y);
       u += ix;
       v += iy;
-      u = lesser(greater(u, none - 1), right);
-      v = lesser(greater(v, none - 1), top);
+      u = lesser(greater(u, below), right);
+      v = lesser(greater(v, below), top);
       const Ints at = (v + 1) * table.stride + u + 1;
       int32_t cell[16];
       at.store(cell);
@@ -105,7 +105,7 @@ void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float
 void field_sums(const Field& field, const float* x, const float* y, int n, const PoseBatch& poses,
                 uint32_t* sums) {
   const Reals high = static_cast<float>(1 << 20), low = -high;
-  const Ints none = {}, right = none + field.width, top = none + field.height;
+  const Ints below = -1, right = field.width, top = field.height;
   const uint16_t* const values = field.table;
   for (int p = 0; p < poses.n; ++p) {
     const float c = poses.c[p], s = poses.s[p], ox = poses.ox[p], oy = poses.oy[p];
@@ -119,8 +119,8 @@ void field_sums(const Field& field, const float* x, const float* y, int n, const
       Ints u = to_ints(fu), v = to_ints(fv);
       u += less(fu, to_reals(u));  // −1 where rounded up
       v += less(fv, to_reals(v));
-      u = lesser(greater(u, none - 1), right);
-      v = lesser(greater(v, none - 1), top);
+      u = lesser(greater(u, below), right);
+      v = lesser(greater(v, below), top);
       const Ints at = v * field.stride + u;
       int32_t cell[16];
       at.store(cell);

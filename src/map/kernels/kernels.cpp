@@ -52,13 +52,12 @@ void block_rows(const uint16_t* __restrict table, int stride, const int32_t* __r
   for (int i = 0; i < kRows * kBlock; ++i) sums[i] = 0;
   for (int begin = 0; begin < n; begin += 16) {
     const int end = begin + 16 < n ? begin + 16 : n;
-    Wide<uint16_t, kBlock> acc[kRows];
+    Shorts acc[kRows];
     for (int i = begin; i < end; ++i) {
       const uint16_t* p = table + at[i];
-      for (int r = 0; r < kRows; ++r)
-        acc[r] += Wide<uint16_t, kBlock>::loaded(p + static_cast<long>(r) * stride);
+      for (int r = 0; r < kRows; ++r) acc[r] += Shorts::loaded(p + static_cast<long>(r) * stride);
     }
-    for (int r = 0; r < kRows; ++r) add_widened(acc[r], sums + r * kBlock);
+    for (int r = 0; r < kRows; ++r) add_to(sums + r * kBlock, acc[r]);
   }
 }
 

@@ -1,6 +1,7 @@
 // Part of kernels.cpp: sums over the points for the least-squares matchers.
 
-// Lanes past the end read zeros; they are summed in double precision every 512 points.
+// Lanes past the end read zeros; the sums of the lanes are added in double precision every 512
+// points.
 
 /// Sixteen points in the field: the cell below and left of each, and the fractions beyond it.
 struct FieldPoints {
@@ -38,7 +39,7 @@ inline Ints pairs(const uint16_t* table, const Ints& at, long offset, int lanes)
   const auto load = [&](int j) {
     found[j] = *reinterpret_cast<const Pair*>(table + cell[j] + offset);
   };
-  if (lanes == 16)
+  if (lanes == 16)  // a number known to the compiler: one gather with AVX-512
     for (int j = 0; j < 16; ++j) load(j);
   else
     for (int j = 0; j < lanes; ++j) load(j);

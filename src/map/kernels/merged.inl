@@ -38,11 +38,10 @@ int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const
 template <int kGroups>
 inline void add_bounds(const uint8_t* __restrict table, const int32_t* __restrict at,
                        const uint16_t* __restrict weight, int n, uint32_t* __restrict sums) {
-  Wide<uint16_t, 16> acc[kGroups];
+  Shorts acc[kGroups];
   for (int i = 0; i < n; ++i)
-    for (int g = 0; g < kGroups; ++g)
-      acc[g] += Wide<uint16_t, 16>(weight[i]) * Wide<uint16_t, 16>::widened(table + at[i] + 16 * g);
-  for (int g = 0; g < kGroups; ++g) add_widened(acc[g], sums + 16 * g);
+    for (int g = 0; g < kGroups; ++g) acc[g] += weight[i] * Shorts::widened(table + at[i] + 16 * g);
+  for (int g = 0; g < kGroups; ++g) add_to(sums + 16 * g, acc[g]);
 }
 
 void merged_bounds(const Merged& m, int part, const BoundTable& b, int dx, int dy, int groups,
@@ -80,12 +79,11 @@ void merged_pairs(const Merged& m, int parts, const uint8_t* __restrict table, i
 
 void merged_rows(const Merged& m, int parts, const uint16_t* __restrict table, int stride,
                  const int32_t* __restrict at, uint32_t* __restrict sums) {
-  Wide<uint32_t, kBlock> row[2];
+  Sums row[2];
   for (int i = 0; i < m.ends[parts - 1]; ++i) {
     const uint16_t* p = table + at[i];
     for (int r = 0; r < 2; ++r)
-      row[r] += Wide<uint32_t, kBlock>(m.weight[i]) *
-                Wide<uint32_t, kBlock>::widened(p + static_cast<long>(r) * stride);
+      row[r] += m.weight[i] * Sums::widened(p + static_cast<long>(r) * stride);
   }
   for (int r = 0; r < 2; ++r) row[r].store(sums + r * kBlock);
 }

@@ -7,8 +7,7 @@ inline Reals floor_of(const Reals& t) {
 
 /// exp(−q/2) for q ≥ 0, to 2e-7 of its value; 0 ≤ q ≤ 160 in effect.
 inline Reals gaussian(const Reals& q) {
-  const Reals most = 160.0F;
-  const Reals y = -0.72134752F * lesser(q, most);  // log₂ e / 2
+  const Reals y = -0.72134752F * lesser(q, Reals(160.0F));  // log₂ e / 2
   const Ints whole = to_ints(y - 0.5F);
   const Reals f = 0.69314718F * (y - to_reals(whole));
   Reals p = f * (1.0F / 720) + 1.0F / 120;

@@ -87,6 +87,8 @@ struct Wide {
 
 using Reals = Wide<float, 16>;
 using Ints = Wide<int32_t, 16>;
+using Shorts = Wide<uint16_t, 16>;
+using Sums = Wide<uint32_t, 16>;
 
 /// 0, 1, 2, …
 template <int L = 16>
@@ -104,10 +106,11 @@ inline bool any_of(const Ints& v) {
   return any;
 }
 
-inline void add_widened(const Wide<uint16_t, 16>& v, uint32_t* sums) {
+/// sums[k] += v[k].
+inline void add_to(uint32_t* sums, const Shorts& v) {
   uint16_t numbers[16];
   v.store(numbers);
-  (Wide<uint32_t, 16>::loaded(sums) + Wide<uint32_t, 16>::widened(numbers)).store(sums);
+  (Sums::loaded(sums) + Sums::widened(numbers)).store(sums);
 }
 
 /// a < b ? a : b, and its mirror image.
