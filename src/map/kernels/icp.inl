@@ -54,13 +54,21 @@ inline TwoNearest search(const SurfaceTable& table, float px, float py, float ra
   return best;
 }
 
-template <class N, int L>
-inline N least_of(const Wide<N, L>& v) {
-  N least[L];
-  v.store(least);
-  for (int half = L / 2; half > 0; half /= 2)
-    for (int k = 0; k < half; ++k)
-      least[k] = least[k + half] < least[k] ? least[k + half] : least[k];
+/// The least lane.
+template <class N>
+inline N least_of(const Wide<N, 8>& v) {
+  using Eight = Wide<N, 8>;
+  auto least = v.piece[0];
+  const auto with = [&](const auto& o) { least = o < least ? o : least; };
+  if constexpr (Eight::kPieces == 1) {
+    with(__builtin_shufflevector(least, least, 4, 5, 6, 7, 0, 1, 2, 3));
+    with(__builtin_shufflevector(least, least, 2, 3, 0, 1, 6, 7, 4, 5));
+    with(__builtin_shufflevector(least, least, 1, 0, 3, 2, 5, 4, 7, 6));
+  } else {
+    with(v.piece[1]);
+    with(__builtin_shufflevector(least, least, 2, 3, 0, 1));
+    with(__builtin_shufflevector(least, least, 1, 0, 3, 2));
+  }
   return least[0];
 }
 

@@ -38,10 +38,13 @@ int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const
 template <int kGroups>
 inline void add_bounds(const uint8_t* __restrict table, const int32_t* __restrict at,
                        const uint16_t* __restrict weight, int n, uint32_t* __restrict sums) {
-  Shorts acc[kGroups];
+  constexpr int kAtOnce = kGroups == 4 ? 2 : 1;  // two fill a register of AVX-512
+  using Groups = Wide<uint16_t, 16 * kAtOnce>;
+  Groups acc[kGroups / kAtOnce];
   for (int i = 0; i < n; ++i)
-    for (int g = 0; g < kGroups; ++g) acc[g] += weight[i] * Shorts::widened(table + at[i] + 16 * g);
-  for (int g = 0; g < kGroups; ++g) add_to(sums + 16 * g, acc[g]);
+    for (int g = 0; g < kGroups / kAtOnce; ++g)
+      acc[g] += weight[i] * Groups::widened(table + at[i] + 16 * kAtOnce * g);
+  for (int g = 0; g < kGroups / kAtOnce; ++g) add_to(sums + 16 * kAtOnce * g, acc[g]);
 }
 
 void merged_bounds(const Merged& m, int part, const BoundTable& b, int dx, int dy, int groups,

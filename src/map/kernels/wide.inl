@@ -75,7 +75,10 @@ struct Wide {
   Wide operator>>(int bits) const {
     return each([=](auto p) { return p >> bits; }, *this);
   }
-  Wide& operator+=(const Wide& b) { return *this = *this + b; }
+  Wide& operator+=(const Wide& b) {
+    for (int k = 0; k < kPieces; ++k) piece[k] += b.piece[k];
+    return *this;
+  }
 
   template <class F, class... In>
   static Wide each(F f, const In&... in) {
@@ -101,16 +104,18 @@ inline Wide<int32_t, L> lane_numbers() {
 inline bool any_of(const Ints& v) {
   Ints::Piece all = v.piece[0];
   for (int k = 1; k < Ints::kPieces; ++k) all |= v.piece[k];
-  bool any = false;
-  for (int k = 0; k < Ints::kPieceLanes; ++k) any |= all[k] != 0;
-  return any;
+  uint64_t bits[kRegister / 8], any = 0;
+  __builtin_memcpy(bits, &all, sizeof all);
+  for (const uint64_t b : bits) any |= b;
+  return any != 0;
 }
 
 /// sums[k] += v[k].
-inline void add_to(uint32_t* sums, const Shorts& v) {
-  uint16_t numbers[16];
+template <int L>
+inline void add_to(uint32_t* sums, const Wide<uint16_t, L>& v) {
+  uint16_t numbers[L];
   v.store(numbers);
-  (Sums::loaded(sums) + Sums::widened(numbers)).store(sums);
+  (Wide<uint32_t, L>::loaded(sums) + Wide<uint32_t, L>::widened(numbers)).store(sums);
 }
 
 /// a < b ? a : b, and its mirror image.
