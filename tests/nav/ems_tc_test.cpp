@@ -2,6 +2,8 @@
 // tightly coupled filter (200 s, 100 Hz). Its ranges are exact; the noise of its description is
 // added here: 0.5 m and a receiver clock 10 m ahead. There are no range rates.
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <memory>
 #include <numbers>
@@ -120,7 +122,7 @@ class EmsTc : public testing::Test {
       GTEST_SKIP() << "no " << packed << "; set WAYFARE_DATA_DIR";
     const auto content = io::read_file(packed);
     ASSERT_TRUE(content) << content.error().to_string();
-    path_ = testing::TempDir() + "ems_data_TC.mat";
+    path_ = testing::TempDir() + "ems_data_TC_" + std::to_string(::getpid()) + ".mat";
     ASSERT_TRUE(io::write_file(path_, content->bytes, {io::Existing::replace}));
   }
   void TearDown() override { std::filesystem::remove(path_); }

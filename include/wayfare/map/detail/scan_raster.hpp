@@ -2,7 +2,6 @@
 
 // Draws the rays of one scan into a raster, which is then added to a grid.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
