@@ -10,7 +10,7 @@ foreach(tool IN ITEMS dpkg-deb dpkg-shlibdeps gzip bash)
 endforeach()
 file(REMOVE_RECURSE "${WORK}")
 execute_process(COMMAND "${cpack}" --config "${BUILD}/CPackConfig.cmake" -B "${WORK}/packages"
-                        -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip
+                        -D CPACK_DEBIAN_COMPRESSION_TYPE=none
                 OUTPUT_VARIABLE text ERROR_VARIABLE text RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
   message(FATAL_ERROR "cpack: ${code}\n${text}")
