@@ -42,13 +42,14 @@ TEST(MessagesAbuse, TimesAtTheirLimits) {
     ASSERT_TRUE(scan) << ns;
     EXPECT_EQ(scan->time, time);
     EXPECT_EQ(parse_point_cloud(point_cloud_json({time, {}}, "a"))->time, time);
-    EXPECT_EQ(parse_imu(imu_json({time, {1, 2, 3}, {}, {}}, "a"))->time, time);
+    EXPECT_EQ(parse_imu(imu_json({.time = time, .angular_rate_radps = {1, 2, 3}}, "a"))->time,
+              time);
   }
   // Beyond what is read back, but written as it is.
-  const std::string first = imu_json({LogTime::from_nanoseconds(kEarliest), {}, {}, {}}, "a");
+  const std::string first = imu_json({LogTime::from_nanoseconds(kEarliest)}, "a");
   EXPECT_NE(first.find(R"("sec":-9223372037,"nsec":145224192)"), first.npos) << first;
   EXPECT_FALSE(parse_imu(first));
-  const std::string last = imu_json({LogTime::from_nanoseconds(kLatest), {}, {}, {}}, "a");
+  const std::string last = imu_json({LogTime::from_nanoseconds(kLatest)}, "a");
   EXPECT_NE(last.find(R"("sec":9223372036,"nsec":854775807)"), last.npos) << last;
   EXPECT_FALSE(parse_imu(last));
 }

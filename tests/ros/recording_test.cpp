@@ -170,7 +170,7 @@ TEST_P(Recordings, ReportsDifferentClocks) {
 
 TEST_P(Recordings, WithoutAScanAreRefused) {
   auto writer = ros::RecordingWriter::create(path());
-  ASSERT_TRUE(writer->write("/imu", kTime, ros::message_of(ImuSample{kTime, {}, {}}, "imu")));
+  ASSERT_TRUE(writer->write("/imu", kTime, ros::message_of(ImuSample{kTime}, "imu")));
   ASSERT_TRUE(writer->close());
   EXPECT_THAT(why(read_back(path())), HasSubstr("has no laser scan and no radar points"));
 }

@@ -140,7 +140,7 @@ TEST(WalkerNode, ReportsAnInterruptedUnit) {
   EXPECT_THAT(driven.said, HasSubstr("no inertial samples at the scan's time: continues with scans "
                                      "alone"));
   EXPECT_EQ(driven.poses.size(), walk.log.scans.size());
-  driven.node.add(ros::message_of(ImuSample{LogTime::from_seconds(2000.0), {}, {}}, "other"),
+  driven.node.add(ros::message_of(ImuSample{LogTime::from_seconds(2000.0)}, "other"),
                   driven.now_s);
   driven.work();
   EXPECT_THAT(driven.said, HasSubstr("left out an inertial sample"));
