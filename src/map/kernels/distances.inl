@@ -83,9 +83,7 @@ void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float
       const Ints at = (v + 1) * table.stride + u + 1;
       int32_t cell[16];
       at.store(cell);
-      float distance[16];
-      for (int k = 0; k < 16; ++k) distance[k] = table.distance[cell[k]];
-      const Reals d = Reals::loaded(distance);
+      const Reals d = Reals::of([&](int k) { return table.distance[cell[k]]; });
       const Ints on = less(zero, d) & less(t, end);
       // Outside the map the range is the limit.
       if (!any_of(on)) {

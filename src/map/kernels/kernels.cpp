@@ -1,5 +1,8 @@
 // Compiled once for each instruction set, with WAYFARE_ISA naming its namespace.
 
+#include <cstddef>
+#include <utility>
+
 #include "map/kernels/kernels.hpp"
 
 // Wide vectors are passed only between functions of this file, so the ABI does not matter.

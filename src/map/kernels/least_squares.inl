@@ -31,18 +31,15 @@ struct Samples {
   Reals f, gu, gv;
 };
 
-/// Two neighbouring cells, `offset` from each point's.
+/// Two neighbouring cells, `offset` from each point's; zeros beyond `lanes`.
 inline Ints pairs(const uint16_t* table, const Ints& at, long offset, int lanes) {
   typedef int32_t Pair __attribute__((aligned(2), may_alias));
-  int32_t cell[16], found[16] = {};
+  int32_t cell[16];
   at.store(cell);
-  const auto load = [&](int j) {
-    found[j] = *reinterpret_cast<const Pair*>(table + cell[j] + offset);
-  };
-  if (lanes == 16)  // a number known to the compiler: one gather with AVX-512
-    for (int j = 0; j < 16; ++j) load(j);
-  else
-    for (int j = 0; j < lanes; ++j) load(j);
+  const auto load = [&](int j) { return *reinterpret_cast<const Pair*>(table + cell[j] + offset); };
+  if (lanes == 16) return Ints::of(load);
+  int32_t found[16] = {};
+  for (int j = 0; j < lanes; ++j) found[j] = load(j);
   return Ints::loaded(found);
 }
 inline Reals first_of(const Ints& pair) {

@@ -45,14 +45,12 @@ void ndt_sums(const float* __restrict x, const float* __restrict y, int n, const
         const Ints at = row * stride + column;
         int32_t square[16];
         at.store(square);
-        float columns[6][16] = {};
-        for (int j = 0; j < lanes; ++j) {
-          const float* d = table.distributions + 8L * table.places[tiling][square[j]];
-          for (int k = 0; k < 6; ++k) columns[k][j] = d[k];
-        }
-        const Reals mu = Reals::loaded(columns[0]), mv = Reals::loaded(columns[1]);
-        const Reals uu = Reals::loaded(columns[2]), uv = Reals::loaded(columns[3]);
-        const Reals vv = Reals::loaded(columns[4]), known = Reals::loaded(columns[5]);
+        const float* d[16];
+        for (int j = 0; j < 16; ++j)
+          d[j] = table.distributions + (j < lanes ? 8L * table.places[tiling][square[j]] : 0);
+        const auto value = [&d](int k) { return Reals::of([&d, k](int j) { return d[j][k]; }); };
+        const Reals mu = value(0), mv = value(1), uu = value(2), uv = value(3);
+        const Reals vv = value(4), known = value(5);
         const Reals du = u - left - mu, dv = v - low - mv;
         const Reals pu = uu * du + uv * dv, pv = uv * du + vv * dv;
         const Reals e = known * gaussian(du * pu + dv * pv);

@@ -46,6 +46,18 @@ struct Wide {
     }
     return v;
   }
+  /// f(lane) in each lane, which compilers set in a register: written to an array and loaded as a
+  /// whole they wait for the stores.
+  template <class F>
+  static Wide of(F f) {
+    Wide v;
+    for (int k = 0; k < kPieces; ++k)
+      v.piece[k] = [&]<std::size_t... J>(std::index_sequence<J...>) {
+        return Piece{f(k * kPieceLanes + static_cast<int>(J))...};
+      }
+    (std::make_index_sequence<kPieceLanes>{});
+    return v;
+  }
   void store(Number* to) const {
     for (int k = 0; k < kPieces; ++k) __builtin_memcpy(to + k * kPieceLanes, &piece[k], kBytes);
   }
