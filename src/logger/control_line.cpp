@@ -135,10 +135,11 @@ void ControlLine::send(std::string_view line) {
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(line.data());
     if (!port_->write({bytes, line.size()})) port_.reset();
   }
-  std::erase_if(clients_, [&](const Descriptor& client) {
+  // What a client has sent before it closed, or was closed, is still obeyed: poll() removes it.
+  for (const Descriptor& client : clients_) {
     const ssize_t n = ::send(client.get(), line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    return n != static_cast<ssize_t>(line.size());
-  });
+    if (n != static_cast<ssize_t>(line.size())) ::shutdown(client.get(), SHUT_RDWR);
+  }
 }
 
 }  // namespace wayfare::logger

@@ -26,8 +26,8 @@ class ControlLine {
 
   /// Waits up to `timeout` for commands.
   void poll(std::chrono::milliseconds timeout, const std::function<void(Command)>& sink);
-  /// To all clients; one that cannot take all of it at once is closed. A serial line that has not
-  /// sent the last one does not get it.
+  /// To all clients; one that cannot take all of it at once is closed, and what it has sent obeyed. A
+  /// serial line that has not sent the last one does not get it.
   void send(std::string_view line);
 
  private:

@@ -26,6 +26,7 @@
 #include "abuse/abuse.hpp"
 #include "abuse/logger_sinks.hpp"
 #include "io/support.hpp"
+#include "logger/control_line.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -239,6 +240,38 @@ TEST(LoggerControlMask, SocketsOfTheirOwnerAndAnUnchangedMask) {
     return 0;
   }));
   EXPECT_EQ(::umask(before), 0U);
+}
+
+TEST(LoggerControlLine, TheLastCommandOfAClientThatHasGoneIsObeyed) {
+  const TemporaryFolder folder;
+  auto line = ControlLine::open("", 0, folder / "control");
+  ASSERT_TRUE(line);
+  std::vector<Command> commands;
+  const auto poll = [&] { line->poll(0ms, [&](Command c) { commands.push_back(c); }); };
+  {
+    Client client(folder / "control");
+    poll();
+    ASSERT_TRUE(client.send("S"));
+  }
+  line->send("a status\n");
+  for (int i = 0; i < 3; ++i) poll();
+  EXPECT_EQ(commands, std::vector{Command::stop});
+}
+
+TEST(LoggerControlLine, AClientThatDoesNotReadIsClosedAndItsCommandsObeyed) {
+  const TemporaryFolder folder;
+  auto line = ControlLine::open("", 0, folder / "control");
+  ASSERT_TRUE(line);
+  std::vector<Command> commands;
+  const auto poll = [&] { line->poll(0ms, [&](Command c) { commands.push_back(c); }); };
+  Client deaf(folder / "control");
+  poll();
+  ASSERT_TRUE(deaf.send("B"));
+  const std::string status(100'000, 'x');  // some fill what the system keeps of a socket
+  for (int i = 0; i < 100; ++i) line->send(status);
+  for (int i = 0; i < 3; ++i) poll();
+  EXPECT_EQ(commands, std::vector{Command::begin});
+  EXPECT_FALSE(deaf.send("S"));
 }
 
 TEST(LoggerControlLine, NobodyReads) {
