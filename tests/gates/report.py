@@ -3,14 +3,14 @@
 import html
 from pathlib import Path
 
-HEAD = ("gate", "result", "passed", "failed", "skipped", "not run", "minutes", "commit", "figures", "day", "machine")
+HEAD = ("gate", "result", "passed", "failed", "skipped", "not run", "minutes", "commit", "day", "machine", "figures")
 
 
 def _rows(results):
     for r in results:
-        yield (r.gate.name, r.verdict(), *(str(r.count(s)) for s in ("passed", "failed", "skipped", "not run")),
-               f"{r.seconds / 60:.0f}", r.commit, "; ".join(f"{k} {v}" for k, v in r.figures.items()),
-               r.ended[:10], r.machine)
+        numbers = [*(str(r.count(s)) for s in ("passed", "failed", "skipped", "not run")), f"{r.seconds / 60:.0f}"]
+        yield (r.gate.name, r.verdict(), *(numbers if r.items else [""] * len(numbers)), r.commit, r.ended[:10], r.machine,
+               "; ".join(f"{k} {v}" for k, v in r.figures.items()).replace("|", "/"))
 
 
 def text(results):

@@ -273,7 +273,8 @@ void run_failing(const Scenario& s, long in, long every, const Bytes& good, Coun
   }
 }
 
-void test(const Scenario& s, std::chrono::steady_clock::time_point until) {
+/// The number of allocations that failed first in a run.
+long test(const Scenario& s, std::chrono::steady_clock::time_point until) {
   const Bytes good = s.run();
   allocations = 0;
   if (s.run() != good) broken(s.name, -1, 0, "two runs differ without failures");
@@ -300,6 +301,7 @@ void test(const Scenario& s, std::chrono::steady_clock::time_point until) {
       "bad_alloc\n",
       s.name.c_str(), total, tried, counts.same, counts.other, counts.thrown);
   std::fflush(stdout);
+  return tried;
 }
 
 int soak(int argc, char** argv) {
@@ -328,10 +330,12 @@ int soak(int argc, char** argv) {
   const auto end = std::chrono::steady_clock::now() +
                    std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                        std::chrono::duration<double, std::ratio<60>>(minutes));
+  long tried = 0;
   for (std::size_t k = 0; k < all.size(); ++k) {
     const auto now = std::chrono::steady_clock::now();
-    test(all[k], now + (end - now) / static_cast<long>(all.size() - k));
+    tried += test(all[k], now + (end - now) / static_cast<long>(all.size() - k));
   }
+  std::printf("%zu scenarios, %ld failing allocations, none broke anything\n", all.size(), tried);
   return all.empty() ? 2 : 0;
 }
 
