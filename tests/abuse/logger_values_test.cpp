@@ -89,7 +89,8 @@ TEST(MessagesAbuse, EmptyAndOneAndNotFinite) {
     const auto cloud = parse_point_cloud(point_cloud_json({time, {{f, 1, 2, 3, 4}}}, "a"));
     ASSERT_TRUE(cloud);
     EXPECT_FALSE(std::isfinite(cloud->points.at(0).x_m));
-    const auto imu = parse_imu(imu_json({time, {bad, 0, 0}, {1, 2, 3}, {}}, "a"));
+    const auto imu = parse_imu(imu_json(
+        {.time = time, .angular_rate_radps = {bad, 0, 0}, .specific_force_mps2 = {1, 2, 3}}, "a"));
     ASSERT_TRUE(imu);
     EXPECT_TRUE(imu->angular_rate_radps.array().isNaN().all());
     EXPECT_EQ(imu->specific_force_mps2, Eigen::Vector3d(1, 2, 3));
