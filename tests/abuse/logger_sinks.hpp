@@ -126,8 +126,11 @@ struct Bench {
     ASSERT_TRUE(started) << started.error().to_string();
     logger = std::move(*started);
   }
-  /// Sends the next number as one piece, and waits until it is read.
+  /// Sends the next number as one piece, and waits until it is read. What is sent before the logger
+  /// has opened the line is lost.
   void send() {
+    ASSERT_TRUE(eventually(
+        [&] { return logger->status().sensors[0].state != logger::SensorState::waiting; }));
     std::string text = std::to_string(next++);
     text.insert(0, 8 - text.size(), '0');
     const auto* data = reinterpret_cast<const std::uint8_t*>(text.data());
