@@ -34,8 +34,8 @@ namespace {
 using namespace std::chrono_literals;
 using tests::Bench;
 using tests::Disk;
-using tests::eventually;
 using ::wayfare::testing::TemporaryFolder;
+using ::wayfare::testing::wait_for;
 
 /// A connection to a control socket; it does not block.
 class Client {
@@ -50,13 +50,14 @@ class Client {
   [[nodiscard]] bool connected() const { return connected_; }
 
   bool send(std::string_view bytes) {
-    return eventually([&] {
-             const ssize_t n =
-                 ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-             if (n < 0) return errno != EAGAIN;
-             bytes.remove_prefix(static_cast<std::size_t>(n));
-             return bytes.empty();
-           }) &&
+    return wait_for(1min,
+                    [&] {
+                      const ssize_t n = ::send(fd_.get(), bytes.data(), bytes.size(),
+                                               MSG_NOSIGNAL | MSG_DONTWAIT);
+                      if (n < 0) return errno != EAGAIN;
+                      bytes.remove_prefix(static_cast<std::size_t>(n));
+                      return bytes.empty();
+                    }) &&
            bytes.empty();
   }
   void half_close() { ::shutdown(fd_.get(), SHUT_WR); }
@@ -65,21 +66,22 @@ class Client {
   bool sees(std::string_view state) {
     const std::string part = "\"state\":\"" + std::string(state) + '"';
     bool seen = false;
-    return eventually([&] {
-             const bool open = read();
-             for (std::size_t end; !seen && (end = text_.find('\n')) != text_.npos;
-                  text_.erase(0, end + 1)) {
-               const auto status = status_of_line(std::string_view(text_).substr(0, end));
-               EXPECT_TRUE(status) << "a socket loses nothing";
-               seen = status && status->find(part) != status->npos;
-             }
-             return seen || !open;
-           }) &&
+    return wait_for(1min,
+                    [&] {
+                      const bool open = read();
+                      for (std::size_t end; !seen && (end = text_.find('\n')) != text_.npos;
+                           text_.erase(0, end + 1)) {
+                        const auto status = status_of_line(std::string_view(text_).substr(0, end));
+                        EXPECT_TRUE(status) << "a socket loses nothing";
+                        seen = status && status->find(part) != status->npos;
+                      }
+                      return seen || !open;
+                    }) &&
            seen;
   }
   /// Whether the logger closes the connection, once everything is read.
   bool is_closed() {
-    return eventually([&] { return !read(); });
+    return wait_for(1min, [&] { return !read(); });
   }
 
  private:
@@ -130,7 +132,7 @@ TEST_F(LoggerControl, ThousandsOfConnectionsLeaveNothingBehind) {
     if (i % 500 != 499) continue;
     ASSERT_TRUE(obeys(first)) << i;
   }
-  EXPECT_TRUE(eventually([&] { return open_files() == before; }));
+  EXPECT_TRUE(wait_for(1min, [&] { return open_files() == before; }));
 }
 
 TEST_F(LoggerControl, SixteenSilentClientsAndOneMore) {
@@ -142,7 +144,7 @@ TEST_F(LoggerControl, SixteenSilentClientsAndOneMore) {
     EXPECT_TRUE(more.is_closed()) << "not left waiting";
     EXPECT_TRUE(obeys(silent.front()));
   }
-  EXPECT_TRUE(eventually([&] {
+  EXPECT_TRUE(wait_for(1min, [&] {
     Client next(socket_);
     return next.send("C") && next.sees("idle");
   }));
@@ -172,7 +174,7 @@ TEST_F(LoggerControl, AClientThatDoesNotReadIsClosed) {
   busy.options.status_every = 1ms;
   busy.start();
   Client deaf(busy.options.control_socket);
-  EXPECT_TRUE(eventually([&] { return !deaf.send("C"); }));
+  EXPECT_TRUE(wait_for(1min, [&] { return !deaf.send("C"); }));
   Client good(busy.options.control_socket);
   EXPECT_TRUE(good.send("B") && good.sees("recording"));
 }
@@ -242,35 +244,38 @@ TEST(LoggerControlMask, SocketsOfTheirOwnerAndAnUnchangedMask) {
   EXPECT_EQ(::umask(before), 0U);
 }
 
-TEST(LoggerControlLine, TheLastCommandOfAClientThatHasGoneIsObeyed) {
-  const TemporaryFolder folder;
-  auto line = ControlLine::open("", 0, folder / "control");
-  ASSERT_TRUE(line);
-  std::vector<Command> commands;
-  const auto poll = [&] { line->poll(0ms, [&](Command c) { commands.push_back(c); }); };
+/// A control line without a logger.
+class ControlSocket : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(line_); }
+  void poll() {
+    line_->poll(0ms, [&](Command c) { commands_.push_back(c); });
+  }
+
+  TemporaryFolder folder_;
+  Result<ControlLine> line_ = ControlLine::open("", 0, folder_ / "control");
+  std::vector<Command> commands_;
+};
+
+TEST_F(ControlSocket, TheLastCommandOfAClientThatHasGoneIsObeyed) {
   {
-    Client client(folder / "control");
+    Client client(folder_ / "control");
     poll();
     ASSERT_TRUE(client.send("S"));
   }
-  line->send("a status\n");
+  line_->send("a status\n");
   for (int i = 0; i < 3; ++i) poll();
-  EXPECT_EQ(commands, std::vector{Command::stop});
+  EXPECT_EQ(commands_, std::vector{Command::stop});
 }
 
-TEST(LoggerControlLine, AClientThatDoesNotReadIsClosedAndItsCommandsObeyed) {
-  const TemporaryFolder folder;
-  auto line = ControlLine::open("", 0, folder / "control");
-  ASSERT_TRUE(line);
-  std::vector<Command> commands;
-  const auto poll = [&] { line->poll(0ms, [&](Command c) { commands.push_back(c); }); };
-  Client deaf(folder / "control");
+TEST_F(ControlSocket, AClientThatDoesNotReadIsClosedAndItsCommandsObeyed) {
+  Client deaf(folder_ / "control");
   poll();
   ASSERT_TRUE(deaf.send("B"));
   const std::string status(100'000, 'x');  // some fill what the system keeps of a socket
-  for (int i = 0; i < 100; ++i) line->send(status);
+  for (int i = 0; i < 100; ++i) line_->send(status);
   for (int i = 0; i < 3; ++i) poll();
-  EXPECT_EQ(commands, std::vector{Command::begin});
+  EXPECT_EQ(commands_, std::vector{Command::begin});
   EXPECT_FALSE(deaf.send("S"));
 }
 
@@ -290,7 +295,7 @@ TEST(LoggerControlLine, NobodyReads) {
   ASSERT_TRUE(bench.logger->wait_until_stopped(20s));
   EXPECT_EQ(tests::numbers_in(disk.files().at(0)->bytes).size(), 200U);
   std::string text;
-  EXPECT_TRUE(eventually([&] {
+  EXPECT_TRUE(wait_for(1min, [&] {
     std::array<std::uint8_t, 4096> bytes;
     const auto n = line->read(bytes, 1ms);
     if (n) text.append(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(*n));

@@ -23,8 +23,8 @@ namespace {
 using namespace std::chrono_literals;
 using tests::Bench;
 using tests::Disk;
-using tests::eventually;
 using tests::numbers_in;
+using ::wayfare::testing::wait_for;
 
 constexpr Duration kEver = Duration::max();
 
@@ -120,7 +120,7 @@ TEST(LoggerAbuse, ASinkMayAskAndStop) {
   bench.start();
   ASSERT_TRUE(bench.logger->begin());
   // One write may take several pieces: how many it takes for five is up to the scheduler.
-  ASSERT_TRUE(eventually([&] {
+  ASSERT_TRUE(wait_for(1min, [&] {
     if (asked < 5) bench.send();
     return asked >= 5;
   }));
@@ -205,11 +205,10 @@ TEST(LoggerAbuse, TheRecordThatFillsAChunkIsCounted) {
   for (int more = 0; more < 5; more += waiting ? 1 : 0) {
     ++sent;
     ASSERT_EQ(bench.terminal.write(piece, 20s).value_or(0), piece.size());
-    ASSERT_TRUE(
-        eventually([&] { return bench.logger->status().sensors[0].bytes == sent * piece.size(); }));
+    ASSERT_TRUE(bench.wait_for([&](const auto& s) { return s.bytes == sent * piece.size(); }));
   }
   stuck = false;
-  ASSERT_TRUE(eventually([&] { return bench.logger->status().state == LoggerState::failed; }));
+  ASSERT_TRUE(wait_for(1min, [&] { return bench.logger->status().state == LoggerState::failed; }));
   const LoggerStatus status = bench.logger->status();
   EXPECT_GT(sent, 1000U) << "a chunk is of a megabyte";
   EXPECT_GE(status.dropped, sent);

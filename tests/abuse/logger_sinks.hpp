@@ -19,6 +19,7 @@
 
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/logger/logger.hpp>
+#include "logger/waiting.hpp"
 
 namespace wayfare::tests {
 
@@ -86,16 +87,6 @@ class Disk {
   std::vector<std::shared_ptr<File>> files_;
 };
 
-/// Whether `done` is within a minute, however slow the machine is.
-inline bool eventually(const std::function<bool()>& done) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (!done()) {
-    if (std::chrono::steady_clock::now() >= end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
-
 /// The records of the device in a file, each of which is one number.
 inline std::vector<std::uint32_t> numbers_in(const std::string& bytes) {
   std::vector<std::uint32_t> numbers;
@@ -129,13 +120,17 @@ struct Bench {
   /// Sends the next number as one piece, and waits until it is read. What is sent before the logger
   /// has opened the line is lost.
   void send() {
-    ASSERT_TRUE(eventually(
-        [&] { return logger->status().sensors[0].state != logger::SensorState::waiting; }));
+    ASSERT_TRUE(wait_for([](const auto& s) { return s.state != logger::SensorState::waiting; }));
     std::string text = std::to_string(next++);
     text.insert(0, 8 - text.size(), '0');
     const auto* data = reinterpret_cast<const std::uint8_t*>(text.data());
     ASSERT_EQ(terminal.write({data, 8}, std::chrono::seconds(20)).value_or(0), 8U);
-    ASSERT_TRUE(eventually([&] { return logger->status().sensors[0].bytes == 8U * next; }));
+    ASSERT_TRUE(wait_for([&](const auto& s) { return s.bytes == 8U * next; }));
+  }
+  /// Waits until `is` holds for the device.
+  bool wait_for(const std::function<bool(const logger::SensorStatus&)>& is) const {
+    return testing::wait_for(std::chrono::minutes(1),
+                             [&] { return is(logger->status().sensors[0]); });
   }
 
   Disk& disk;

@@ -136,7 +136,7 @@ def soaks(run):
                     environment={"WAYFARE_TUNE_KILLS": "30"}, verdict=last_line) for name, words in commands.items()])
     for name, item in run.items.items():
         if item.state == "passed":
-            run.figure(name.removeprefix("soak_"), " ".join(item.note.removeprefix("[  PASSED  ]").split()))
+            run.figure(name.removeprefix("soak_"), " ".join(item.note.removeprefix("[  PASSED  ]").strip(" .").split()))
 
 
 def last_line(code, output):

@@ -16,6 +16,7 @@
 #include <wayfare/logger/logger.hpp>
 #include "io/mcap_samples.hpp"
 #include "io/support.hpp"
+#include "logger/waiting.hpp"
 
 namespace wayfare::testing {
 
@@ -124,17 +125,6 @@ class IllDisk {
     std::unique_ptr<io::ByteSink> file_;
   };
 };
-
-/// Waits until `done`; false after `timeout`.
-template <class Done>
-bool wait_for(std::chrono::milliseconds timeout, Done done) {
-  const auto until = std::chrono::steady_clock::now() + timeout;
-  while (std::chrono::steady_clock::now() < until) {
-    if (done()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  return done();
-}
 
 /// Concatenates a channel's messages, and tests whether their stamps never decrease.
 struct RawChannel {

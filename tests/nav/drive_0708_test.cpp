@@ -13,6 +13,7 @@
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/nav/outage.hpp>
+#include "io/support.hpp"
 
 namespace wayfare::tests {
 namespace {
@@ -22,8 +23,7 @@ using std::chrono::seconds;
 class RealDrive : public testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(drive_0708_folder()))
-      GTEST_SKIP() << "needs the recording " << drive_0708_folder() << " in WAYFARE_DATA_DIR";
+    WAYFARE_NEEDS_RECORDING(folder, "gnss/drive_0708");
     auto drive = load_drive_0708();
     ASSERT_TRUE(drive) << drive.error().to_string();
     drive_ = *std::move(drive);

@@ -2,9 +2,6 @@
 // tightly coupled filter (200 s, 100 Hz). Its ranges are exact; the noise of its description is
 // added here: 0.5 m and a receiver clock 10 m ahead. There are no range rates.
 
-#include <unistd.h>
-
-#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -21,6 +18,7 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/nav/check_drive.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include "io/support.hpp"
 
 namespace wayfare {
 namespace {
@@ -114,24 +112,14 @@ GnssInsOptions ems_options() {
   return o;
 }
 
-class EmsTc : public testing::Test {
- protected:
-  void SetUp() override {
-    const std::string packed = std::string(WAYFARE_DATA_DIR) + "/gnss/ems_tc/ems_data_TC.mat.gz";
-    if (!std::filesystem::exists(packed))
-      GTEST_SKIP() << "no " << packed << "; set WAYFARE_DATA_DIR";
-    const auto content = io::read_file(packed);
-    ASSERT_TRUE(content) << content.error().to_string();
-    path_ = testing::TempDir() + "ems_data_TC_" + std::to_string(::getpid()) + ".mat";
-    ASSERT_TRUE(io::write_file(path_, content->bytes, {io::Existing::replace}));
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
-
-  std::string path_;
-};
-
-TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
-  const MatStruct mat(path_, "ems_data");
+TEST(EmsTc, ErrorsStayWithinThreeSigma) {
+  WAYFARE_NEEDS_RECORDING(packed, "gnss/ems_tc/ems_data_TC.mat.gz");
+  const auto content = io::read_file(packed);
+  ASSERT_TRUE(content) << content.error().to_string();
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / "ems_data_TC.mat";
+  ASSERT_TRUE(io::write_file(path, content->bytes));
+  const MatStruct mat(path, "ems_data");
   ASSERT_TRUE(mat.found());
   const EmsDrive drive = to_drive(mat, Rng(1));
   ASSERT_EQ(drive.imu.size(), 20001U);
