@@ -20,7 +20,7 @@ namespace {
 
 using std::chrono::seconds;
 
-class RealDrive : public testing::Test {
+class RealDrive : public ::testing::Test {
  protected:
   void SetUp() override {
     WAYFARE_NEEDS_RECORDING(folder, "gnss/drive_0708");

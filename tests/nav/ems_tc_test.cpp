@@ -112,14 +112,21 @@ GnssInsOptions ems_options() {
   return o;
 }
 
-TEST(EmsTc, ErrorsStayWithinThreeSigma) {
-  WAYFARE_NEEDS_RECORDING(packed, "gnss/ems_tc/ems_data_TC.mat.gz");
-  const auto content = io::read_file(packed);
-  ASSERT_TRUE(content) << content.error().to_string();
-  const testing::TemporaryFolder folder;
-  const std::string path = folder / "ems_data_TC.mat";
-  ASSERT_TRUE(io::write_file(path, content->bytes));
-  const MatStruct mat(path, "ems_data");
+class EmsTc : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    WAYFARE_NEEDS_RECORDING(packed, "gnss/ems_tc/ems_data_TC.mat.gz");
+    const auto content = io::read_file(packed);
+    ASSERT_TRUE(content) << content.error().to_string();
+    ASSERT_TRUE(io::write_file(path_, content->bytes));
+  }
+
+  testing::TemporaryFolder folder_;
+  std::string path_ = folder_ / "ems_data_TC.mat";
+};
+
+TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
+  const MatStruct mat(path_, "ems_data");
   ASSERT_TRUE(mat.found());
   const EmsDrive drive = to_drive(mat, Rng(1));
   ASSERT_EQ(drive.imu.size(), 20001U);
