@@ -49,11 +49,12 @@ TEST(Pedestrian, UsesExternalHeadings) {
 
 TEST(WalkingHeading, RotatesStoredEntries) {
   WalkingHeading heading(0.5);
-  for (int i = 0; i < 100; ++i) heading.add(LogTime::from_seconds(0.01 * i), 1.0, 0.1);
+  constexpr auto kVariance = [] { return 0.1; };
+  for (int i = 0; i < 100; ++i) heading.add(LogTime::from_seconds(0.01 * i), 1.0, kVariance);
   heading.rotate(0.25);
   EXPECT_NEAR(heading.now(), 1.25, 1e-12);
   EXPECT_NEAR(heading.at(LogTime::from_seconds(0.5))->radians, 1.25, 1e-12);
-  heading.add(LogTime::from_seconds(1.0), 1.25, 0.1);
+  heading.add(LogTime::from_seconds(1.0), 1.25, kVariance);
   EXPECT_NEAR(heading.at(LogTime::from_seconds(1.0))->radians, 1.25, 1e-12);
 }
 

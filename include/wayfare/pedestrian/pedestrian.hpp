@@ -123,9 +123,9 @@ class BasicPedestrian {
     if (!ahrs_.ready()) return;
     const auto q = ahrs_.q_world_body();
     const double heading = forward_radians(q) + magnetic_drift_.correction();
-    const double dt = heading_.add(
-        s.time, heading,
-        magnetic_drift_.on() ? magnetic_drift_.variance() : ahrs_.world_covariance()(2, 2));
+    const double dt = heading_.add(s.time, heading, [this] {
+      return magnetic_drift_.on() ? magnetic_drift_.variance() : ahrs_.world_covariance()(2, 2);
+    });
     if (s.specific_force_mps2.allFinite())
       direction_.add(q * s.specific_force_mps2,
                      Angle::radians(heading_.now() - magnetic_drift_.correction()), dt);

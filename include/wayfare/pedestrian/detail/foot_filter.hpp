@@ -75,12 +75,7 @@ class FootFilter {
     q_ = q_ * SO3d::exp(turn);
     position_ += velocity_ * dt + 0.5 * a * dt * dt;
     velocity_ += a * dt;
-    Covariance phi = Covariance::Identity();
-    phi.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt);
-    phi.block<3, 3>(kVelocity, kAttitude) = -dt * skew<double>(world);
-    phi.block<3, 3>(kVelocity, kForceBias) = -dt * middle;
-    phi.block<3, 3>(kAttitude, kRateBias) = -dt * middle;
-    p_ = (phi * p_ * phi.transpose()).eval();
+    propagate(dt, -dt * skew<double>(world), -dt * middle);
   }
   /// To the covariance.
   void add_noise(const Noise& n) {
@@ -153,6 +148,23 @@ class FootFilter {
   }
   [[nodiscard]] static double log_density(const Vector& v, const Eigen::Matrix3d& s) {
     return -0.5 * (v.dot(s.inverse() * v) + std::log(s.determinant()));
+  }
+
+  /// P ← Φ P Φᵀ; Φ is the identity but for the velocity's part in the position, the attitude's in
+  /// the velocity, and that of the biases in both. As P is symmetric, the columns of P Φᵀ are
+  /// those of Φ P after a transposition.
+  void propagate(double dt, const Eigen::Matrix3d& velocity_by_attitude,
+                 const Eigen::Matrix3d& by_bias) {
+    const auto multiply = [&] {
+      p_.middleCols<3>(kPosition) += dt * p_.middleCols<3>(kVelocity);
+      p_.middleCols<3>(kVelocity) +=
+          p_.middleCols<3>(kAttitude).lazyProduct(velocity_by_attitude.transpose()) +
+          p_.middleCols<3>(kForceBias).lazyProduct(by_bias.transpose());
+      p_.middleCols<3>(kAttitude) += p_.middleCols<3>(kRateBias).lazyProduct(by_bias.transpose());
+    };
+    multiply();
+    p_.transposeInPlace();
+    multiply();
   }
 
   void move(const Error& d) {

@@ -64,18 +64,27 @@ class BandPassFilter {
  private:
   /// Removes the mean (gravity) and frequencies above those of steps; two poles each.
   [[nodiscard]] double filter(double magnitude, double dt) {
-    const auto gain = [dt](double hz) { return -std::expm1(-2.0 * std::numbers::pi * hz * dt); };
+    set_step(dt);
     double x = magnitude;
-    for (double& s : slow_) s += gain(low_hz_) * (x - s);
+    for (double& s : slow_) s += slow_gain_ * (x - s);
     x -= slow_[1];
     for (double& f : fast_) {
-      f += gain(high_hz_) * (x - f);
+      f += fast_gain_ * (x - f);
       x = f;
     }
     return x;
   }
 
+  void set_step(double dt) {
+    if (dt == dt_) return;
+    dt_ = dt;
+    const auto gain = [dt](double hz) { return -std::expm1(-2.0 * std::numbers::pi * hz * dt); };
+    slow_gain_ = gain(low_hz_);
+    fast_gain_ = gain(high_hz_);
+  }
+
   double low_hz_, high_hz_;
+  double dt_ = 0.0, slow_gain_ = 0.0, fast_gain_ = 0.0;
   std::array<double, 2> slow_{}, fast_{};
   double now_ = 0.0, lowest_ = 0.0;
   bool above_ = false;

@@ -30,8 +30,10 @@ class WalkingHeading {
   /// Averages over `average_s`.
   explicit WalkingHeading(double average_s) : average_s_(average_s) {}
 
-  /// Returns the time since the previous reading, s; zero for the first.
-  double add(LogTime time, double radians, double variance) {
+  /// `variance()` is called for the entries that are kept. Returns the time since the previous
+  /// reading, s; zero for the first.
+  template <class Variance>
+  double add(LogTime time, double radians, const Variance& variance) {
     const double dt = started_ ? to_seconds(time - last_) : 0.0;
     if (!started_ || dt < 0.0 || dt > 1.0) {
       unwrapped_ = average_ = radians;
@@ -42,7 +44,7 @@ class WalkingHeading {
     }
     started_ = true;
     last_ = time;
-    if (count_ == 0 || to_seconds(time - entry(0).time) >= kSpacing_s) store(time, variance);
+    if (count_ == 0 || to_seconds(time - entry(0).time) >= kSpacing_s) store(time, variance());
     return dt;
   }
 
