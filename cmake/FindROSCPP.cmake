@@ -5,12 +5,12 @@ include(FindPackageHandleStandardArgs)
 
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
-  pkg_check_modules(ROSCPP QUIET IMPORTED_TARGET roscpp)
+  pkg_check_modules(PC_ROSCPP QUIET IMPORTED_TARGET roscpp)
 endif()
-find_package_handle_standard_args(ROSCPP REQUIRED_VARS ROSCPP_LINK_LIBRARIES
-                                  VERSION_VAR ROSCPP_VERSION)
+find_package_handle_standard_args(ROSCPP REQUIRED_VARS PC_ROSCPP_LINK_LIBRARIES
+                                  VERSION_VAR PC_ROSCPP_VERSION)
 
 if(ROSCPP_FOUND AND NOT TARGET ROSCPP::ROSCPP)
   add_library(ROSCPP::ROSCPP INTERFACE IMPORTED)
-  target_link_libraries(ROSCPP::ROSCPP INTERFACE PkgConfig::ROSCPP)
+  target_link_libraries(ROSCPP::ROSCPP INTERFACE PkgConfig::PC_ROSCPP)
 endif()

@@ -101,6 +101,19 @@ TEST(Files, ProblemsAreCountedBeyondTheirCapacity) {
   });
 }
 
+TEST(Files, ProblemsOfATemporaryAreRunOver) {
+  const auto found = [] {
+    Problems problems;
+    problems.add({ErrorCode::parse, "first, too long to be kept in the string itself"});
+    problems.add({ErrorCode::parse, "second"});
+    return problems;
+  };
+  std::vector<std::string> said;
+  for (const Error& error : found().first()) said.push_back(error.message);
+  ASSERT_EQ(said.size(), 2U);
+  EXPECT_EQ(said.front(), "first, too long to be kept in the string itself");
+}
+
 template <class T>
 std::string raw(T value) {
   return std::string(reinterpret_cast<const char*>(&value), sizeof value);

@@ -88,7 +88,9 @@ class Problems {
   /// Whether there was none.
   [[nodiscard]] bool empty() const { return count_ == 0; }
   /// In the order of the file.
-  [[nodiscard]] const std::vector<Error>& first() const { return first_; }
+  [[nodiscard]] const std::vector<Error>& first() const& { return first_; }
+  /// Of a temporary, so that a loop may run over them.
+  [[nodiscard]] std::vector<Error> first() && { return std::move(first_); }
   /// What most of the faults kept in full are: the message up to its details, without numbers;
   /// empty if there is none.
   [[nodiscard]] std::string most_frequent() const;
