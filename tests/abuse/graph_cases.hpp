@@ -27,7 +27,7 @@ using Bits = std::vector<std::uint64_t>;
 
 template <class Derived>
 void add_bits(Bits& all, const Eigen::MatrixBase<Derived>& numbers) {
-  for (const double v : numbers.eval().reshaped()) all.push_back(std::bit_cast<std::uint64_t>(v));
+  for (const double v : numbers.reshaped()) all.push_back(std::bit_cast<std::uint64_t>(v));
 }
 
 /// Every number of the poses, also those that are not equal to themselves.

@@ -27,7 +27,7 @@ HeadingErrors heading_errors(const RecordedWalk& recorded, const PedestrianSlamO
         std::atan2(axis.y(), axis.x()) - recorded.truth[i].T_map_base.raw().heading().radians();
     if (i == 0) first = offset;
     const double error = wrap_to_pi(offset - first);
-    const double variance = ahrs.world_covariance()(2, 2);
+    const double variance = ahrs.heading_variance();
     if (i == 0 || !(variance > 0.0)) continue;
     squares += error * error;
     normalised += error * error / variance;

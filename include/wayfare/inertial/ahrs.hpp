@@ -195,6 +195,8 @@ class Ahrs {
     const Covariance& r = filter().rotation();
     return r.transpose() * attitude_covariance() * r;
   }
+  /// Of the heading, rad²: as in world_covariance(), without the other elements.
+  [[nodiscard]] T heading_variance() const { return filter().heading_variance(); }
 
   /// In body axes.
   [[nodiscard]] Vector gyro_bias_radps() const { return filter().bias(); }

@@ -124,7 +124,7 @@ class BasicPedestrian {
     const auto q = ahrs_.q_world_body();
     const double heading = forward_radians(q) + magnetic_drift_.correction();
     const double dt = heading_.add(s.time, heading, [this] {
-      return magnetic_drift_.on() ? magnetic_drift_.variance() : ahrs_.world_covariance()(2, 2);
+      return magnetic_drift_.on() ? magnetic_drift_.variance() : ahrs_.heading_variance();
     });
     if (s.specific_force_mps2.allFinite())
       direction_.add(q * s.specific_force_mps2,

@@ -103,6 +103,16 @@ TEST(AhrsConsistency, AttitudeErrorsHaveTheirCovariance) {
   EXPECT_LT(bias_nees, 320.0);
 }
 
+TEST(AhrsConsistency, HeadingVarianceIsThatOfTheCovariance) {
+  const Motion motion = testing::simulate(matched(3).motion);
+  Ahrs<frame::Ned> ahrs;
+  for (std::size_t i = 0; i < 2000; ++i) {
+    ahrs.add(motion.samples[i]);
+    const double expected = ahrs.world_covariance()(2, 2);
+    ASSERT_NEAR(ahrs.heading_variance(), expected, 1e-12 * expected) << i;
+  }
+}
+
 TEST(AhrsConsistency, BodyAndWorldCovarianceAreTheSame) {
   const Motion motion = testing::simulate(matched(3).motion);
   Ahrs<frame::Ned> ned;

@@ -112,6 +112,16 @@ class AhrsFilter {
     step_.setZero();
     angle_variance_ = bias_variance_ = T(0);
   }
+  /// Of the heading, as after propagate().
+  [[nodiscard]] T heading_variance() const {
+    const Vector step = step_.row(2);
+    T variance = p_(2, 2) + angle_variance_;
+    for (int i = 0; i < 3; ++i) {
+      const Vector bias(p_(kBias, kBias + i), p_(kBias + 1, kBias + i), p_(kBias + 2, kBias + i));
+      variance += step[i] * (step.dot(bias) - T(2) * p_(2, kBias + i));
+    }
+    return std::min(variance, kUnknown);
+  }
   /// Both.
   void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
     rotate(rate, dt, angle_variance, bias_variance);
