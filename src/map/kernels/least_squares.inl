@@ -1,7 +1,7 @@
 // Part of kernels.cpp: sums over the points for the least-squares matchers.
 
-// Lanes past the end read zeros; the sums of the lanes are added in double precision every 512
-// points.
+// Lanes past the end read the table's border of zeros; the sums of the lanes are added in double
+// precision every 512 points.
 
 /// Sixteen points in the field: the cell below and left of each, and the fractions beyond it.
 struct FieldPoints {
@@ -9,14 +9,16 @@ struct FieldPoints {
   Ints at;
 };
 
-inline FieldPoints placed(const float* x, const float* y, const CellTransform& t,
-                          const Field& field) {
+[[gnu::always_inline]] inline FieldPoints placed(const float* x, const float* y,
+                                                 const CellTransform& t, const Field& field,
+                                                 int lanes) {
   FieldPoints p;
   p.x = Reals::loaded(x);
   p.y = Reals::loaded(y);
   Reals u = t.c * p.x - t.s * p.y + t.ox, v = t.s * p.x + t.c * p.y + t.oy;
   const Reals right = static_cast<float>(field.width + 4);
   const Reals top = static_cast<float>(field.height + 4), low = -4.0F;
+  if (lanes < 16) u = chosen(less(lane_numbers(), Ints(lanes)), u, low);
   u = lesser(greater(u, low), right);
   v = lesser(greater(v, low), top);
   const Ints column = to_ints(u + 8.0F) - 8, row = to_ints(v + 8.0F) - 8;
@@ -31,16 +33,12 @@ struct Samples {
   Reals f, gu, gv;
 };
 
-/// Two neighbouring cells, `offset` from each point's; zeros beyond `lanes`.
-inline Ints pairs(const uint16_t* table, const Ints& at, long offset, int lanes) {
+/// Two neighbouring cells, `offset` from each point's.
+inline Ints pairs(const uint16_t* table, const Ints& at, long offset) {
   typedef int32_t Pair __attribute__((aligned(2), may_alias));
   int32_t cell[16];
   at.store(cell);
-  const auto load = [&](int j) { return *reinterpret_cast<const Pair*>(table + cell[j] + offset); };
-  if (lanes == 16) return Ints::of(load);
-  int32_t found[16] = {};
-  for (int j = 0; j < lanes; ++j) found[j] = load(j);
-  return Ints::loaded(found);
+  return Ints::of([&](int j) { return *reinterpret_cast<const Pair*>(table + cell[j] + offset); });
 }
 inline Reals first_of(const Ints& pair) {
   return to_reals(kLittleEndian ? pair & Ints(0xffff) : pair >> 16);
@@ -49,15 +47,18 @@ inline Reals second_of(const Ints& pair) {
   return to_reals(kLittleEndian ? pair >> 16 : pair & Ints(0xffff));
 }
 
-inline Samples bilinear(const FieldPoints& p, const Field& field, int lanes) {
-  const Ints near = pairs(field.table, p.at, 0, lanes);
-  const Ints far = pairs(field.table, p.at, field.stride, lanes);
-  const Reals p00 = first_of(near), p10 = second_of(near);
-  const Reals p01 = first_of(far), p11 = second_of(far);
-  const Reals du0 = p10 - p00, du1 = p11 - p01;
-  const Reals f0 = p00 + p.fu * du0, gv = p01 + p.fu * du1 - f0;
-  return {f0 + p.fv * gv, du0 + p.fv * (du1 - du0), gv};
-}
+// Inlined into the loops: vectors of arguments and results of a function go through memory.
+struct Bilinear {
+  [[gnu::always_inline]] Samples operator()(const FieldPoints& p, const Field& field) const {
+    const Ints near = pairs(field.table, p.at, 0);
+    const Ints far = pairs(field.table, p.at, field.stride);
+    const Reals p00 = first_of(near), p10 = second_of(near);
+    const Reals p01 = first_of(far), p11 = second_of(far);
+    const Reals du0 = p10 - p00, du1 = p11 - p01;
+    const Reals f0 = p00 + p.fu * du0, gv = p01 + p.fu * du1 - f0;
+    return {f0 + p.fv * gv, du0 + p.fv * (du1 - du0), gv};
+  }
+};
 
 /// Catmull-Rom weights of four neighbours at a fraction t beyond the second, and their derivatives.
 struct CubicWeights {
@@ -75,22 +76,25 @@ struct CubicWeights {
   }
 };
 
-inline Samples bicubic(const FieldPoints& p, const Field& field, int lanes) {
-  const CubicWeights u(p.fu), v(p.fv);
-  Samples s = {};
-  for (int k = 0; k < 4; ++k) {
-    const long row = static_cast<long>(k - 1) * field.stride;
-    const Ints left = pairs(field.table, p.at, row - 1, lanes);
-    const Ints right = pairs(field.table, p.at, row + 1, lanes);
-    const Reals a = first_of(left), b = second_of(left), c = first_of(right), d = second_of(right);
-    const Reals value = u.w[0] * a + u.w[1] * b + u.w[2] * c + u.w[3] * d;
-    const Reals slope = u.slope[0] * a + u.slope[1] * b + u.slope[2] * c + u.slope[3] * d;
-    s.f += v.w[k] * value;
-    s.gu += v.w[k] * slope;
-    s.gv += v.slope[k] * value;
+struct Bicubic {
+  [[gnu::always_inline]] Samples operator()(const FieldPoints& p, const Field& field) const {
+    const CubicWeights u(p.fu), v(p.fv);
+    Samples s = {};
+    for (int k = 0; k < 4; ++k) {
+      const long row = static_cast<long>(k - 1) * field.stride;
+      const Ints left = pairs(field.table, p.at, row - 1);
+      const Ints right = pairs(field.table, p.at, row + 1);
+      const Reals a = first_of(left), b = second_of(left), c = first_of(right),
+                  d = second_of(right);
+      const Reals value = u.w[0] * a + u.w[1] * b + u.w[2] * c + u.w[3] * d;
+      const Reals slope = u.slope[0] * a + u.slope[1] * b + u.slope[2] * c + u.slope[3] * d;
+      s.f += v.w[k] * value;
+      s.gu += v.w[k] * slope;
+      s.gv += v.slope[k] * value;
+    }
+    return s;
   }
-  return s;
-}
+};
 
 /// Calls add(f, gradient in the points' axes and about their origin, lanes, acc) for sixteen points
 /// at a time; sums blocks in single precision.
@@ -105,9 +109,9 @@ inline void sum_over(const float* __restrict x, const float* __restrict y, int n
     const int end = n - block < 512 ? n : block + 512;
     Reals acc[10] = {};
     for (int i = block; i < end; i += 16) {
-      const FieldPoints p = placed(x + i, y + i, t, field);
       const int lanes = end - i < 16 ? end - i : 16;
-      const Samples f = sample(p, field, lanes);
+      const FieldPoints p = placed(x + i, y + i, t, field, lanes);
+      const Samples f = sample(p, field);
       const Reals g0 = c * f.gu + s * f.gv, g1 = c * f.gv - s * f.gu, g2 = p.x * g1 - p.y * g0;
       add(f.f, g0, g1, g2, lanes, acc);
     }
@@ -137,7 +141,7 @@ void linearise(const float* __restrict x, const float* __restrict y, int n, cons
     acc[3] += g2;
     add_outer(1.0F / (a + b * f), g0, g1, g2, acc);
   };
-  sum_over(x, y, n, t, field, sums, bilinear, add);
+  sum_over(x, y, n, t, field, sums, Bilinear{}, add);
 }
 
 template <class Sample>
@@ -159,9 +163,9 @@ inline void squares(const float* __restrict x, const float* __restrict y, int n,
 
 void bilinear_squares(const float* x, const float* y, int n, const CellTransform& t,
                       const Field& field, float one, double* sums) {
-  squares(x, y, n, t, field, one, sums, bilinear);
+  squares(x, y, n, t, field, one, sums, Bilinear{});
 }
 void bicubic_squares(const float* x, const float* y, int n, const CellTransform& t,
                      const Field& field, float one, double* sums) {
-  squares(x, y, n, t, field, one, sums, bicubic);
+  squares(x, y, n, t, field, one, sums, Bicubic{});
 }
