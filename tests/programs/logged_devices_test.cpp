@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -291,6 +292,15 @@ TEST(LoggedDevices, ALoggersRecordingGoesThroughTheSystems) {
   EXPECT_THAT(output_of(WAYFARE_DECODE " rplidar '" + path + "' --csv --out '" +
                         (folder / "nodes.csv") + "'"),
               ::testing::HasSubstr(std::to_string(80 * 300) + " points in 80 revolutions"));
+  // Where a block of it is damaged, the place is named, and the rest is decoded.
+  const std::string damaged = folder / "damaged.mcap";
+  std::filesystem::copy_file(path, damaged);
+  std::fstream file(damaged, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(path) / 2)).write("damage", 6);
+  file.close();
+  EXPECT_THAT(output_of(WAYFARE_DECODE " rplidar '" + damaged + "' --csv --out '" +
+                        (folder / "rest.csv") + "'"),
+              ::testing::ContainsRegex("skipped: .*damaged.mcap, byte [0-9]+: .*revolutions"));
   const auto reader = io::McapReader::open(path);
   std::size_t nodes = 0;
   reader->read({io::McapOrder::file, {"/lidar/nodes"}}, [&](const io::McapMessage& m) {
