@@ -33,7 +33,9 @@ class DenseSolver {
     rank_.start(h);
     return rank_.outcome(h, llt_.info() == Eigen::Success);
   }
-  void solve_in_place(Eigen::VectorXd& x) { x = llt_.solve(x).eval(); }
+  void solve_in_place(Eigen::VectorXd& x) {
+    if (x.size() == llt_.rows()) x = llt_.solve(x).eval();  // one that remembers has another size
+  }
 
  private:
   Eigen::LLT<Eigen::MatrixXd> llt_;
