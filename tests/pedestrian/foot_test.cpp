@@ -110,6 +110,29 @@ TEST(FootTracker, IsIndependentOfMountingAndRate) {
   }
 }
 
+TEST(FootFilter, PropagatesAsDenseMatricesDo) {
+  FootFilter filter;
+  filter.set_attitude(SO3d::exp({0.3, -0.2, 1.0}), {1e-4, 2e-4, 3e-4});
+  filter.set_velocity({1.0, 2.0, -0.5}, 0.01);
+  filter.set_bias_variances(1e-6, 1e-2);
+  constexpr double kGravity_mps2 = 9.80665, kDt_s = 0.01;
+  for (int i = 0; i < 100; ++i) {
+    const Vector3d rate(2.0 * std::sin(0.1 * i), -1.0, 0.5), force(3.0, std::cos(0.2 * i), 9.0);
+    const FootFilter before = filter;
+    filter.predict(rate, force, kGravity_mps2, kDt_s);
+    const Eigen::Matrix3d middle =
+        (before.q_world_foot() * SO3d::exp(0.5 * kDt_s * (rate - before.rate_bias()))).matrix();
+    FootFilter::Covariance phi = FootFilter::Covariance::Identity();
+    phi.block<3, 3>(0, 3) = kDt_s * Eigen::Matrix3d::Identity();
+    phi.block<3, 3>(3, 6) = -kDt_s * skew<double>(middle * (force - before.force_bias()));
+    phi.block<3, 3>(3, 12) = phi.block<3, 3>(6, 9) = -kDt_s * middle;
+    const FootFilter::Covariance expected = phi * before.covariance() * phi.transpose();
+    ASSERT_LT((filter.covariance() - expected).norm(), 1e-14 * expected.norm()) << i;
+    filter.add_noise({1e-8, 1e-6, 1e-8, 1e-12, 1e-9});
+    if (i % 10 == 9) filter.observe<FootFilter::kVelocity>(Vector3d::Zero(), 1e-4);
+  }
+}
+
 TEST(FootTracker, CovarianceStaysPositiveAndCoversTheError) {
   double squares = 0.0;
   constexpr int kRuns = 40;

@@ -241,10 +241,7 @@ class Ahrs {
     return now.covariance();
   }
   [[nodiscard]] Covariance attitude_covariance() const {
-    const auto p = covariance();
-    return (Covariance() << p(0, 0), p(0, 1), p(0, 2), p(1, 0), p(1, 1), p(1, 2), p(2, 0), p(2, 1),
-            p(2, 2))
-        .finished();
+    return covariance().dense().template topLeftCorner<3, 3>();
   }
 
   AhrsReadings<T> readings_;
