@@ -53,7 +53,7 @@ def below_tests(names):
 # Folders of tests: what is made of one part, of several, and programs. Each gate takes what fits its minutes.
 PARTS = below_tests("core decode eval filter gnss graph inertial io map match motion sensors sim sync")
 SYSTEMS = below_tests("abuse logger nav pedestrian ros ros2 slam tune")
-PROGRAMS = [*below_tests("fuzz headers programs"), "examples"]
+PROGRAMS = [*below_tests("fuzz headers programs"), "examples/programs", "examples/tour"]
 ELSE = below_tests("compile_fail consumer docs soak tutorials")  # gates tests, consumers, documents, soaks
 READERS = below_tests("core decode gnss io sensors")
 THREADED = below_tests("core filter graph logger nav ros sim slam tune")
