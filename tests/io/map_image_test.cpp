@@ -2,8 +2,11 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -122,6 +125,36 @@ TEST(Png, RejectsInvalidPictures) {
   EXPECT_FALSE(encode_png({}));
   EXPECT_FALSE(encode_png({2, 2, 1, {1, 2, 3}}));
   EXPECT_FALSE(encode_png({1, 1, 2, {1, 2}}));
+}
+
+/// Red counts the pixels from 10, green is their row, blue 255.
+PictureRows counted(std::size_t width, std::size_t height) {
+  return {width, height, [width](std::size_t row, std::span<std::uint8_t> pixels) {
+            for (std::size_t i = 0; i < width; ++i) {
+              pixels[3 * i] = static_cast<std::uint8_t>(10 + row * width + i);
+              pixels[3 * i + 1] = static_cast<std::uint8_t>(row);
+              pixels[3 * i + 2] = 255;
+            }
+          }};
+}
+
+TEST(PictureRows, ReducedIsTheMeanOfSquaresAlsoOfThoseCutOff) {
+  // 10 11 12 / 13 14 15 / 16 17 18 by squares of two: means of 10 11 13 14 (12), 12 15 (13.5, away
+  // from zero), 16 17 (16.5) and 18; rows are 0.5 and 2.
+  const Image small = reduced(counted(3, 3), 2).image();
+  EXPECT_EQ(small.width, 2U);
+  EXPECT_EQ(small.height, 2U);
+  EXPECT_THAT(small.pixels, ::testing::ElementsAre(12, 1, 255, 14, 1, 255, 17, 2, 255, 18, 2, 255));
+}
+
+TEST(PictureRows, ReducedHasAtMostThePixelsAskedForAndIsTheSameIfItHasFewer) {
+  EXPECT_EQ(reduced(counted(7, 4), 7).image().pixels, counted(7, 4).image().pixels);
+  for (const std::size_t most : {0U, 1U, 2U, 3U, 6U}) {
+    const PictureRows small = reduced(counted(7, 4), most);
+    EXPECT_LE(std::max(small.width(), small.height()), std::max<std::size_t>(most, 1)) << most;
+    EXPECT_GE(small.height(), 1U);
+  }
+  EXPECT_EQ(reduced(counted(0, 0), 5).width(), 0U);
 }
 
 TEST(MapImage, PictureIsTopDownAndColoursTheUnknown) {

@@ -58,6 +58,10 @@ class PictureRows {
   Draw draw_;
 };
 
+/// The picture with sides of at most `most_pixels`, at least one: each pixel is the mean of a
+/// square, whose side is the least whole number of pixels. What `picture` draws must remain valid.
+[[nodiscard]] PictureRows reduced(const PictureRows& picture, std::size_t most_pixels);
+
 /// The bytes of a PNG file. Errors: no pixels, or inconsistent sizes.
 [[nodiscard]] Result<std::string> encode_png(const Image& image);
 /// The same of a picture made row by row.

@@ -109,7 +109,7 @@ class Report {
   Report& plot(const Plot& plot);
   /// If the image cannot be encoded, a line with the reason is written instead.
   Report& image(const Image& image, const std::string& caption);
-  /// The same of a picture made row by row.
+  /// The same of a picture made row by row; a larger one is reduced to 2048 pixels.
   Report& image(const PictureRows& picture, const std::string& caption);
 
   /// The whole file.

@@ -133,6 +133,28 @@ Image PictureRows::image() const {
   return image;
 }
 
+PictureRows reduced(const PictureRows& picture, std::size_t most_pixels) {
+  const std::size_t longest = std::max(picture.width(), picture.height());
+  const std::size_t most = std::max<std::size_t>(most_pixels, 1);
+  const std::size_t side = (longest + most - 1) / most;
+  if (side < 2) return picture;
+  const auto draw = [=](std::size_t row, std::span<std::uint8_t> pixels) {
+    std::vector<std::uint8_t> line(3 * picture.width());
+    std::vector<std::size_t> sums(pixels.size());
+    const std::size_t first = row * side, end = std::min(first + side, picture.height());
+    for (std::size_t r = first; r < end; ++r) {
+      picture.draw(r, line);
+      for (std::size_t i = 0; i < line.size(); ++i) sums[i / 3 / side * 3 + i % 3] += line[i];
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const std::size_t columns = std::min(side, picture.width() - i / 3 * side);
+      const std::size_t count = columns * (end - first);
+      pixels[i] = static_cast<std::uint8_t>((sums[i] + count / 2) / count);
+    }
+  };
+  return {(picture.width() + side - 1) / side, (picture.height() + side - 1) / side, draw};
+}
+
 Result<std::string> encode_png(const Image& image) {
   if (image.channels != 1 && image.channels != 3)
     return Error{ErrorCode::unsupported, "a picture has one channel or three"};

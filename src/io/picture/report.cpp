@@ -187,7 +187,8 @@ Report& Report::image(const Image& image, const std::string& caption) {
 }
 
 Report& Report::image(const PictureRows& picture, const std::string& caption) {
-  return encoded(encode_png(picture), caption);
+  constexpr std::size_t kMostPixels = 2048;  // more than a page is wide
+  return encoded(encode_png(reduced(picture, kMostPixels)), caption);
 }
 
 Report& Report::encoded(const Result<std::string>& png, const std::string& caption) {

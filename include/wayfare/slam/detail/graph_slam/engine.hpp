@@ -125,7 +125,15 @@ class GraphSlamEngine {
     joiner_.count(nodes_, statistics_);
     statistics_.scans_apart = static_cast<std::size_t>(
         std::ranges::count_if(scans_, [&](const ScanPose& s) { return is_in_small_part(s.node); }));
+    release();
     return {};
+  }
+
+  /// Gives the memory of searches and solvers back: the map is yet to be drawn.
+  void release() {
+    tracker_.release();
+    optimiser_ = {};
+    local_optimiser_ = {};
   }
 
   GraphSlamState state() {

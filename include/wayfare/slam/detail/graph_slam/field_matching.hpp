@@ -31,6 +31,11 @@ class FieldMatching {
                        options_.search_sigma_m);
     sharp_map_.render(last(options_.sharp_nodes), options_.cell_m, options_.sharp_sigma_m);
   }
+  /// Gives the maps' memory back; `render` makes them anew.
+  void release() {
+    search_map_ = LocalMap();
+    sharp_map_ = LocalMap();
+  }
 
   [[nodiscard]] Result<Placement> search(const PointSet& points, const SE2d& prior,
                                          const SearchWindow& window,

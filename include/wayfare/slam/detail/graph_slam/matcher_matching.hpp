@@ -33,6 +33,8 @@ class MatcherMatching {
     map_ = matcher_.make_map(
         nodes.chain(latest - options_.local_nodes + 1, latest, options_.local_radius_m));
   }
+  /// Gives the map's memory back; `render` makes it anew.
+  void release() { map_ = no_map(); }
 
   [[nodiscard]] Result<Placement> search(const PointSet& points, const SE2d& prior,
                                          const SearchWindow& window,
@@ -81,6 +83,7 @@ class MatcherMatching {
 
  private:
   using Map = Result<typename M::Map>;
+  static Map no_map() { return Error{ErrorCode::not_found, "no map yet"}; }
 
   static constexpr double kNear_m = 4.0;
   static constexpr std::size_t kMostNear = 80;
@@ -122,8 +125,8 @@ class MatcherMatching {
 
   GraphSlamOptions options_;
   M matcher_;
-  Map map_ = Error{ErrorCode::not_found, "no map yet"};  // of the latest nodes
-  MatcherErrors errors_;                                 // of tracking
+  Map map_ = no_map();    // of the latest nodes
+  MatcherErrors errors_;  // of tracking
 };
 
 }  // namespace wayfare::detail

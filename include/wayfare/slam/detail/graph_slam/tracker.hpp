@@ -70,6 +70,12 @@ class Tracker {
   /// A node was added, or nodes have moved.
   void nodes_changed() { maps_are_old_ = true; }
 
+  /// Gives the memory of the local maps back until the next scan.
+  void release() {
+    matching_.release();
+    nodes_changed();
+  }
+
  private:
   /// Without odometry, scans far apart: surely where the search at all poses in reach finds one
   /// that agrees, and none with another heading.
