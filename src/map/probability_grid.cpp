@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 namespace wayfare {
@@ -25,30 +26,32 @@ const std::vector<std::uint16_t>& probabilities() {
 
 }  // namespace
 
-Result<CellBox> ProbabilityGrid::extent(const CellBox& bounds, double unknown_probability,
-                                        int margin) {
-  if (!(unknown_probability >= 0 && unknown_probability <= 1) || margin < 0 || margin > kMaxCell)
-    return Error{ErrorCode::invalid,
-                 "a probability grid: unknown probability or margin out of range"};
-  const CellBox box = bounds.grown(margin);
-  if (auto ok = check_size(box); !ok) return ok.error();
-  return box;
+Result<void> ProbabilityGrid::check(const CellBox& box, double unknown_probability) {
+  if (!(unknown_probability >= 0 && unknown_probability <= 1))
+    return Error{ErrorCode::invalid, "a probability grid: unknown probability out of range"};
+  return check_size(box);
 }
 
 Result<void> ProbabilityGrid::make(const OccupancyGrid& grid, double unknown_probability,
                                    int margin) {
-  const auto refused = [this](Error error) {
-    *this = {};
-    return error;
-  };
-  if (!grid.bounds())
-    return refused({ErrorCode::invalid, "a probability grid: no cell was observed"});
-  const auto box = extent(*grid.bounds(), unknown_probability, margin);
-  if (!box) return refused(box.error());
-  unknown_ = static_cast<std::uint16_t>(std::lround(kOne * unknown_probability));
-  if (auto ok = reset(grid.resolution_m(), *box, unknown_); !ok) return ok;
-  copy(grid, *grid.bounds());
-  return {};
+  if (margin >= 0 && margin <= kMaxCell && grid.bounds())
+    return make(grid, unknown_probability, grid.bounds()->grown(margin));
+  *this = {};
+  return Error{ErrorCode::invalid, grid.bounds() ? "a probability grid: margin out of range"
+                                                 : "a probability grid: no cell was observed"};
+}
+
+Result<void> ProbabilityGrid::make(const OccupancyGrid& grid, double unknown_probability,
+                                   const CellBox& box) {
+  auto ok = check(box, unknown_probability);
+  if (ok) {
+    unknown_ = static_cast<std::uint16_t>(std::lround(kOne * unknown_probability));
+    ok = reset(grid.resolution_m(), box, unknown_);
+  }
+  if (!ok) *this = {};
+  const auto observed = ok && grid.bounds() ? common_cells(box, *grid.bounds()) : std::nullopt;
+  if (observed) copy(grid, *observed);
+  return ok;
 }
 
 bool ProbabilityGrid::update(const OccupancyGrid& grid, const CellBox& box) {
@@ -69,6 +72,7 @@ void ProbabilityGrid::copy(const OccupancyGrid& grid, const CellBox& box) {
 MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
     : options_(options) {
   WAYFARE_EXPECTS(options.levels >= 1 && options.levels <= 8, "one to eight levels");
+  WAYFARE_EXPECTS(options.table_reach_m > 0.0, "a reach of the tables that is positive");
   for (int level = options.levels - 1; level >= 0; --level) {
     OccupancyGridOptions shape = options.finest;
     shape.resolution_m *= 1 << level;
@@ -87,7 +91,7 @@ Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
     if (raster_.rays().empty()) continue;
     const auto box = raster_.cover(*from);
     if (!box) return box.error();
-    if (auto ok = check_room(i, *box); !ok) return ok;
+    if (auto ok = check_room(i, *box, from->cell()); !ok) return ok;
     changed.push_back(*box);
   }
   if (changed.empty()) return {};  // no rays
@@ -96,7 +100,10 @@ Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
     const auto from = lay_rays(grids_[i].resolution_m());
     const ScanUpdate update = detail::update_of(options_.model);
     if (auto ok = raster_.apply<OncePerScan>(grids_[i], *from, update); !ok) return ok;
-    if (auto ok = follow(i, changed[i]); !ok) return ok;
+    ProbabilityGrid& table = tables_[i];
+    const auto in_table = table.empty() ? std::nullopt : common_cells(changed[i], table.box());
+    if (in_table) table.update(grids_[i], *in_table);
+    if (auto ok = follow(i, from->cell()); !ok) return ok;
   }
   return {};
 }
@@ -126,29 +133,45 @@ std::size_t MultiResolutionGrid::memory_bytes() const {
   return sum;
 }
 
+/// The cells in the tables' reach of `at`, and `more_m` beyond.
+CellBox MultiResolutionGrid::near(std::size_t level, const Cell& at, double more_m) const {
+  return CellBox{at, at}.grown(
+      cell_coordinate(options_.table_reach_m + more_m, grids_[level].resolution_m()));
+}
+
 /// A table that is too small is rebuilt with a spare margin, so that rebuilding is rare.
-int MultiResolutionGrid::margin(const OccupancyGrid& grid) {
+CellBox MultiResolutionGrid::with_spare(std::size_t level, const CellBox& bounds,
+                                        const Cell& at) const {
   constexpr double kSpare_m = 5.0;
-  return cell_coordinate(kSpare_m, grid.resolution_m());
+  const CellBox all = bounds.grown(cell_coordinate(kSpare_m, grids_[level].resolution_m()));
+  return common_cells(all, near(level, at, kSpare_m)).value_or(all);
 }
 
-/// Whether the table of the level can grow to contain `changed`.
-Result<void> MultiResolutionGrid::check_room(std::size_t level, const CellBox& changed) const {
-  if (level < tables_.size() && tables_[level].covers(changed)) return {};
-  const OccupancyGrid& grid = grids_[level];
-  CellBox box = grid.bounds().value_or(changed);
-  box.extend(changed.min);
-  box.extend(changed.max);
-  const auto table = ProbabilityGrid::extent(box, options_.unknown_probability, margin(grid));
-  return table ? Result<void>() : table.error();
+/// Whether the table of the level can be moved to `at` when cells of `changed` were observed.
+Result<void> MultiResolutionGrid::check_room(std::size_t level, const CellBox& changed,
+                                             const Cell& at) const {
+  CellBox bounds = grids_[level].bounds().value_or(changed);
+  bounds.extend(changed.min);
+  bounds.extend(changed.max);
+  return ProbabilityGrid::check(with_spare(level, bounds, at), options_.unknown_probability);
 }
 
-Result<void> MultiResolutionGrid::follow(std::size_t level, const CellBox& changed) {
+/// Moves the table of the level to `at` where it does not contain all cells near.
+Result<void> MultiResolutionGrid::follow(std::size_t level, const Cell& at) {
   const OccupancyGrid& grid = grids_[level];
-  if (!grid.bounds() || tables_[level].update(grid, changed)) return {};
+  if (!grid.bounds()) return {};
+  const auto needed = common_cells(*grid.bounds(), near(level, at, 0.0));
+  if (!needed || tables_[level].covers(*needed)) return {};
   // Of the old and the new table only one is in memory.
   tables_[level] = {};
-  return tables_[level].make(grid, options_.unknown_probability, margin(grid));
+  return tables_[level].make(grid, options_.unknown_probability,
+                             with_spare(level, *grid.bounds(), at));
+}
+
+Result<void> MultiResolutionGrid::focus(const Eigen::Vector2d& place_m) {
+  for (std::size_t level = 0; level < tables_.size(); ++level)
+    if (auto ok = follow(level, cell_of(place_m, grids_[level].resolution_m())); !ok) return ok;
+  return {};
 }
 
 }  // namespace wayfare

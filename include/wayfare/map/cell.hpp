@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -77,6 +78,13 @@ struct CellBox {
   /// By `min`, then by `max`.
   auto operator<=>(const CellBox&) const = default;
 };
+
+/// The cells of both boxes, if there are any.
+[[nodiscard]] inline std::optional<CellBox> common_cells(const CellBox& a, const CellBox& b) {
+  const CellBox box{{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y)},
+                    {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y)}};
+  return box.min.x <= box.max.x && box.min.y <= box.max.y ? std::optional(box) : std::nullopt;
+}
 
 /// A point in 1/4096 of a cell, so that the traversal below is exact in integers.
 struct SubCellPoint {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
@@ -34,14 +35,19 @@ class ProbabilityGrid : public PaddedTable {
   /// reusing memory. Errors, with the table left empty: no observed cell, an unknown probability
   /// outside [0, 1], a negative margin, more than kMaxCells.
   Result<void> make(const OccupancyGrid& grid, double unknown_probability, int margin = 0);
+  /// The same of the cells of `box`.
+  Result<void> make(const OccupancyGrid& grid, double unknown_probability, const CellBox& box);
 
-  /// The cells of the table `make` would build for a grid with these bounds. Errors as there.
-  [[nodiscard]] static Result<CellBox> extent(const CellBox& bounds, double unknown_probability,
-                                              int margin);
+  /// Whether `make` can build a table of the cells of `box`. Errors as there.
+  [[nodiscard]] static Result<void> check(const CellBox& box, double unknown_probability);
 
+  /// The cells of a table that is not empty.
+  [[nodiscard]] CellBox box() const {
+    return {origin(), origin() + Cell{width() - 1, height() - 1}};
+  }
   /// Whether all cells of the box are in the table.
   [[nodiscard]] bool covers(const CellBox& box) const {
-    const CellBox mine{origin(), origin() + Cell{width() - 1, height() - 1}};
+    const CellBox mine = this->box();
     return !empty() && mine.contains(box.min) && mine.contains(box.max);
   }
   /// Updates the cells of `box` from `grid`. False, with nothing changed, if the table does not
@@ -63,6 +69,9 @@ struct MultiResolutionOptions {
   int levels = 3;                 ///< cells of each are twice as wide as those of the next
   InverseLidarModel model{.p_free = 0.4, .p_hit = 0.9};  ///< of every level
   double unknown_probability = 0.5;                      ///< of a cell that was not observed
+  /// Tables contain the cells this far from the latest scan's origin or the latest `focus`, along
+  /// both axes, m; those farther count as not observed. Infinite: all cells.
+  double table_reach_m = std::numeric_limits<double>::infinity();
 };
 
 /// Occupancy grids at several resolutions, each updated with every scan (Kohlbrecher et al. 2011),
@@ -79,6 +88,9 @@ class MultiResolutionGrid {
   /// The same for end points of rays that begin at `origin`; see `insert_points`.
   Result<void> insert(const SE2d& T_map_points, const PointSet& points,
                       const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
+  /// Moves the tables to a place of the map, where their reach is limited. Errors: a table would be
+  /// too large; it then is empty.
+  Result<void> focus(const Eigen::Vector2d& place_m);
 
   /// Whether no scan with a return was inserted.
   [[nodiscard]] bool empty() const { return tables_.empty(); }
@@ -92,9 +104,11 @@ class MultiResolutionGrid {
  private:
   template <class LayRays>
   Result<void> insert_everywhere(const LayRays& lay_rays);
-  [[nodiscard]] Result<void> check_room(std::size_t level, const CellBox& changed) const;
-  [[nodiscard]] static int margin(const OccupancyGrid& grid);
-  Result<void> follow(std::size_t level, const CellBox& changed);
+  [[nodiscard]] CellBox near(std::size_t level, const Cell& at, double more_m) const;
+  [[nodiscard]] CellBox with_spare(std::size_t level, const CellBox& bounds, const Cell& at) const;
+  [[nodiscard]] Result<void> check_room(std::size_t level, const CellBox& changed,
+                                        const Cell& at) const;
+  Result<void> follow(std::size_t level, const Cell& at);
 
   MultiResolutionOptions options_;
   std::vector<OccupancyGrid> grids_;  // coarse to fine

@@ -22,7 +22,7 @@ class HectorSlamSystem::Engine {
  public:
   Engine(const HectorSlamOptions& options, const detail::MakeHectorMap& make_map)
       : options_(options),
-        map_(options.map),
+        map_(with_tables_near(options)),
         matched_(make_map(map_)),
         carrier_(options.carrier),
         motion_model_(options.odometry, options.constant_velocity),
@@ -88,6 +88,14 @@ class HectorSlamSystem::Engine {
   [[nodiscard]] const CarrierFilter& carrier() const { return carrier_; }
 
  private:
+  /// Scans are matched to tables of what they can reach, not of the whole map.
+  static MultiResolutionOptions with_tables_near(const HectorSlamOptions& options) {
+    constexpr double kSearch_m = 10.0;
+    MultiResolutionOptions map = options.map;
+    map.table_reach_m = std::min(map.table_reach_m, std::max(options.max_range_m, 0.0) + kSearch_m);
+    return map;
+  }
+
   /// A scan and its sensor's pose.
   struct View {
     const LaserScan* scan;
@@ -167,6 +175,7 @@ class HectorSlamSystem::Engine {
 
   [[nodiscard]] Found match(const PointSet& points, const SE2d& prior, const SearchWindow& window,
                             const MatchOptions& options) {
+    if (auto ok = map_.focus(prior.translation()); !ok) return ok.error();
     return match_in(*matched_, points, prior, window, options, errors_);
   }
 
