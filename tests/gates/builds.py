@@ -11,8 +11,8 @@ from running import Item, Progress, Stopped
 from tree import ROOT, digest_of, digest_of_file, digest_of_files
 
 # "  12/3800 Test  #7: name ....   Passed    0.05 sec", "***Failed", "***Timeout", "***Exception: SegFault"; the
-# names of typed tests have spaces.
-TEST = re.compile(r"^\s*\d+/\d+ Test\s+#(\d+): .*?(Passed|\*\*\*.*?)\s+([\d.]+) sec")
+# names of typed tests have spaces, and a reason may have several lines, the last with the time.
+TEST = re.compile(r"^\s*\d+/\d+ Test\s+#(\d+): .*?(Passed|\*\*\*.*?)(?:\s+([\d.]+) sec)?$")
 FINDING = re.compile(r"runtime error:|ERROR: \w+Sanitizer|WARNING: ThreadSanitizer|: Failure$|Assertion|"
                      r"Error: attempt to|terminate called|definitely lost")
 # What scripts among the tests may read.
@@ -85,7 +85,7 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
             return
         last, said = names[int(found[1])], found[2]
         progress.count()
-        item = Item(last, "passed", float(found[3]), said.strip("* "), digests[last])
+        item = Item(last, "passed", float(found[3] or 0), said.strip("* "), digests[last])
         if said.endswith("Passed"):
             run.keep(dataclasses.replace(item, note=""))
         elif "Skipped" in said or "Disabled" in said:

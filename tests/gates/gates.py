@@ -53,7 +53,7 @@ def below_tests(names):
 # Folders of tests: what is made of one part, of several, and programs. Each gate takes what fits its minutes.
 PARTS = below_tests("core decode eval filter gnss graph inertial io map match motion sensors sim sync")
 SYSTEMS = below_tests("abuse logger nav pedestrian ros ros2 slam tune")
-PROGRAMS = [*below_tests("fuzz headers programs"), "examples/programs", "examples/tour"]
+PROGRAMS = [*below_tests("fuzz headers programs"), "examples/programs", "examples/tour", "benchmarks/accuracy"]
 ELSE = below_tests("compile_fail consumer docs soak tutorials")  # gates tests, consumers, documents, soaks
 READERS = below_tests("core decode gnss io sensors")
 THREADED = below_tests("core filter graph logger nav ros sim slam tune")
@@ -88,7 +88,8 @@ def addresses(run, places):
     builds.build(run, *all_of(places), folder=folder)
     builds.test(run, folder=folder, environment=coverage.environment(folder) | {
         "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
-        "UBSAN_OPTIONS": "print_stacktrace=1"}, exclude=ELSEWHERE, places=places)
+        "UBSAN_OPTIONS": "print_stacktrace=1"},
+        exclude=ELSEWHERE | {r"TakeNoMemory$": "the sanitizer keeps what was freed: gate tests"}, places=places)
 
 
 def thread(run):

@@ -67,6 +67,7 @@ class CorrelatedErrors : public TapeRecorder<M> {
 
   /// As of Ekf.
   void scale_sigma(int first, int count, double factor) {
+    if (errors_.empty()) return;
     cross_.middleRows(first, count) *= factor;
   }
 
@@ -95,6 +96,7 @@ class CorrelatedErrors : public TapeRecorder<M> {
   }
   void reset(int i) {
     Base::reset(i);
+    if (errors_.empty()) return;
     cross_.row(i).setZero();
   }
 
