@@ -44,6 +44,9 @@ TEST_F(GraphSlamOverTheFlat, IsOnePieceWhereNothingIsLost) {
   ASSERT_TRUE(slam) << slam.error().to_string();
   EXPECT_EQ(slam->statistics.pieces, 1U);
   EXPECT_EQ(slam->statistics.pieces_apart, 0U);
+  EXPECT_GT(slam->crossings.share, 0.0);  // it was looked for: some rays graze walls
+  EXPECT_LT(slam->crossings.share, 0.01);
+  EXPECT_LT(slam->crossings.worst_stretch, 0.05);
   EXPECT_LT(rmse_m(slam->trajectory, run_->truth), 0.10);
 }
 

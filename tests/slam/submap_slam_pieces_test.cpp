@@ -28,7 +28,9 @@ TEST_F(SubmapSlamOverTheFlat, IsOnePieceWhereNothingIsLost) {
   ASSERT_TRUE(slam) << slam.error().to_string();
   EXPECT_EQ(slam->statistics.pieces, 1U);
   EXPECT_EQ(slam->statistics.odometry_leaps, 0U);
-  EXPECT_EQ(slam->crossings.share, 0.0);
+  EXPECT_GT(slam->crossings.share, 0.0);  // it was looked for: some rays graze walls
+  EXPECT_LT(slam->crossings.share, 0.01);
+  EXPECT_LT(slam->crossings.worst_stretch, 0.05);
 }
 
 // The second half begins where the first ended or elsewhere; both see the whole flat.

@@ -145,7 +145,7 @@ struct GraphSlamRun {
   GraphSlamStatistics statistics;  ///< counts
   std::size_t refused_scans = 0;   ///< by add_scan
   std::string first_refusal;       ///< reason for the first of them
-  WallCrossings crossings;         ///< by the map; 0 with odometry and one piece: not checked
+  WallCrossings crossings;         ///< by the map
 };
 
 /// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times, continuing

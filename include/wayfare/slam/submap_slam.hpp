@@ -242,8 +242,7 @@ struct SubmapSlamRun {
   std::size_t refused_scans = 0;    ///< by add_scan
   std::string first_refusal;        ///< reason for the first of them
   std::size_t memory_bytes = 0;     ///< at the end
-  /// By the map; 0 with odometry that does not leap and one piece: not checked.
-  WallCrossings crossings;
+  WallCrossings crossings;          ///< by the map
   std::vector<std::uint8_t> state;  ///< SubmapSlam::save() at the end
 };
 

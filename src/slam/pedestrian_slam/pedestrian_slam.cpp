@@ -299,7 +299,7 @@ Result<PedestrianSlamRun> run_pedestrian_slam(const Recording& recording, const 
     return walker.add_scan(scan);
   });
   if (!refused) return refused.error();
-  auto slam = detail::finished_run(walker.slam(), *std::move(refused), false);
+  auto slam = detail::finished_run(walker.slam(), *std::move(refused));
   if (!slam) return slam.error();
   return PedestrianSlamRun{*std::move(slam), walker.dead_reckoning(), walker.feedback().scale()};
 }

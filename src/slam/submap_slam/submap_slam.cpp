@@ -149,12 +149,10 @@ Result<SubmapSlamRun> detail::run(SubmapSlamSystem& slam, const Recording& recor
       return slam.add_scan(scan, hint);
     });
   });
-  const bool has_odometry = !recording.odometry.empty();
-  return refused ? finished_run(slam, *std::move(refused), !has_odometry) : refused.error();
+  return refused ? finished_run(slam, *std::move(refused)) : refused.error();
 }
 
-Result<SubmapSlamRun> detail::finished_run(SubmapSlamSystem& slam, Refusals refused,
-                                           bool is_checked) {
+Result<SubmapSlamRun> detail::finished_run(SubmapSlamSystem& slam, Refusals refused) {
   SubmapSlamRun run;
   run.refused_scans = refused.count;
   run.first_refusal = std::move(refused.first);
@@ -166,8 +164,7 @@ Result<SubmapSlamRun> detail::finished_run(SubmapSlamSystem& slam, Refusals refu
   run.graph = slam.graph();
   run.map = slam.map();
   run.statistics = slam.statistics();
-  if (is_checked || run.statistics.pieces > 1 || run.statistics.odometry_leaps > 0)
-    run.crossings = slam.wall_crossings(run.map);
+  run.crossings = slam.wall_crossings(run.map);
   return run;
 }
 

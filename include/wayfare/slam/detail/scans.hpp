@@ -113,8 +113,8 @@ Result<ScanOutcome> add_deskewed(ScanDeskewer& deskewer, const Recording& record
   return outcome;
 }
 
-/// Ends a run of submap SLAM over a recording; `is_checked`: the map is, by its walls.
-Result<SubmapSlamRun> finished_run(SubmapSlamSystem& slam, Refusals refused, bool is_checked);
+/// Ends a run of submap SLAM over a recording.
+Result<SubmapSlamRun> finished_run(SubmapSlamSystem& slam, Refusals refused);
 
 }  // namespace detail
 }  // namespace wayfare

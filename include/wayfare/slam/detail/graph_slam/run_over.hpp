@@ -29,9 +29,7 @@ Result<GraphSlamRun> run_over(Slam slam, const Recording& recording, const SlamP
   if (state != nullptr) *state = slam.save();
   if (auto ok = slam.finish(); !ok) return ok.error();
   OccupancyGrid map = slam.map();
-  // One piece with odometry is not checked: it costs a tenth of the run.
-  const bool is_checked = recording.odometry.empty() || slam.statistics().pieces > 1;
-  const WallCrossings crossings = is_checked ? slam.wall_crossings(map) : WallCrossings();
+  const WallCrossings crossings = slam.wall_crossings(map);
   return GraphSlamRun{slam.trajectory(), slam.graph(),   std::move(map),
                       slam.statistics(), refused->count, std::move(refused->first),
                       crossings};
