@@ -70,6 +70,7 @@ struct solbuf_t {
 };
 
 int readsol(char* files[], int nfile, solbuf_t* sol);
+void freesolbuf(solbuf_t* sol);
 int init_raw(raw_t* raw, int format);
 void free_raw(raw_t* raw);
 int input_ubx(raw_t* raw, std::uint8_t data);

@@ -41,7 +41,10 @@ TEST(RtklibPos, ReadsOurSolutionsInBothAxes) {
     const testing::TemporaryFolder folder;
     std::string path = folder / "ours.pos";
     ASSERT_TRUE(io::write_file(path, io::format_rtklib_pos(fixes, {}, axes)));
-    const auto theirs = std::make_unique<solbuf_t>();
+    const std::shared_ptr<solbuf_t> theirs(new solbuf_t{}, [](solbuf_t* s) {
+      freesolbuf(s);  // of its content alone
+      delete s;
+    });
     char* files[] = {path.data()};
     ASSERT_EQ(readsol(files, 1, theirs.get()), 1);
     ASSERT_EQ(theirs->n, 200);

@@ -22,8 +22,10 @@ class SubframeWriter {
     put(0x8B, 8), put(0, 16), put(time_of_week_6s, 17), put(0, 2), put(subframe, 3), put(0, 2);
   }
   SubframeWriter& put(std::uint64_t value, unsigned count) {
-    for (unsigned k = count; k-- > 0; ++at_)
-      words_.at(at_ / 24) |= static_cast<std::uint32_t>(value >> k & 1U) << (23 - at_ % 24);
+    for (unsigned k = count; k-- > 0; ++at_) {
+      const std::uint64_t bit = k < 64 ? value >> k & 1U : 0;  // reserved ones are more at once
+      words_.at(at_ / 24) |= static_cast<std::uint32_t>(bit) << (23 - at_ % 24);
+    }
     return *this;
   }
   /// A number in units of 2^exponent.
