@@ -3,7 +3,6 @@
 // The points of a scan in the layout of the match and map kernels: structure of arrays, single
 // precision, padded to whole vectors.
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -47,13 +46,12 @@ class PointSet {
   }
   /// Appends a point and renews the padding.
   void push_back(const Eigen::Vector2f& p) {
-    const std::size_t padded = size_ == x_.size() ? size_ + kLanes : x_.size();
-    x_.resize(padded);
-    y_.resize(padded);
-    const auto from = static_cast<std::ptrdiff_t>(size_);
-    std::fill(x_.begin() + from, x_.end(), p.x());
-    std::fill(y_.begin() + from, y_.end(), p.y());
+    x_.resize(size_);
+    y_.resize(size_);
     size_ = size_ + 1;
+    const std::size_t padded = (size_ + kLanes - 1) / kLanes * kLanes;
+    x_.resize(padded, p.x());
+    y_.resize(padded, p.y());
   }
 
   /// Distance of the farthest point from the origin.
