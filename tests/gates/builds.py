@@ -13,6 +13,7 @@ from tree import ROOT, digest_of, digest_of_file, digest_of_files
 # "  12/3800 Test  #7: name ....   Passed    0.05 sec", "***Failed", "***Timeout", "***Exception: SegFault"; the
 # names of typed tests have spaces, and a reason may have several lines, the last with the time.
 TEST = re.compile(r"^\s*\d+/\d+ Test\s+#(\d+): .*?(Passed|\*\*\*.*?)(?:\s+([\d.]+) sec)?$")
+SKIPPED = re.compile(r"^(\d+): (?:.*: Skipped\n\1: |skipped: )(.+)$", re.MULTILINE)
 FINDING = re.compile(r"runtime error:|ERROR: \w+Sanitizer|WARNING: ThreadSanitizer|: Failure$|Assertion|"
                      r"Error: attempt to|terminate called|definitely lost")
 # What scripts among the tests may read.
@@ -104,9 +105,21 @@ def test(run, folder=None, environment=None, select=".", exclude=None, timeout_s
     progress.end()
     for item in failed.values():
         run.keep(dataclasses.replace(item, note=f"{notes.get(item.name, '')}\n{item.note}".strip()))
+    skipped = {numbers[n]: n for n in numbers if n in run.items and run.items[n].note == "Skipped"}
+    for number, reason in _reasons(run, folder, skipped, environment).items():
+        run.keep(dataclasses.replace(run.items[skipped[number]], note=reason))
     for name in numbers:
         if name not in run.items:
             run.keep(Item(name, "not run", note="no time was left"))
+
+
+def _reasons(run, folder, numbers, environment):
+    """{number: why} of tests that skip themselves, which CTest does not show unless asked."""
+    if not numbers:
+        return {}
+    (folder / "tests_left.txt").write_text("0,0,0," + ",".join(map(str, numbers)) + "\n", encoding="utf-8")
+    output = run.command(["ctest", "--test-dir", folder, "-V", "-I", folder / "tests_left.txt"], environment=environment)[1]
+    return {int(found[1]): found[2] for found in SKIPPED.finditer(output)}
 
 
 def _place_of(entry, folder):

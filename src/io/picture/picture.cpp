@@ -144,7 +144,8 @@ PictureRows reduced(const PictureRows& picture, std::size_t most_pixels) {
     const std::size_t first = row * side, end = std::min(first + side, picture.height());
     for (std::size_t r = first; r < end; ++r) {
       picture.draw(r, line);
-      for (std::size_t i = 0; i < line.size(); ++i) sums[i / 3 / side * 3 + i % 3] += line[i];
+      for (std::size_t x = 0; x < picture.width(); ++x)
+        for (std::size_t c = 0; c < 3; ++c) sums[3 * (x / side) + c] += line[3 * x + c];
     }
     for (std::size_t i = 0; i < sums.size(); ++i) {
       const std::size_t columns = std::min(side, picture.width() - i / 3 * side);

@@ -129,7 +129,7 @@ class GraphSlamEngine {
     return {};
   }
 
-  /// Gives the memory of searches and solvers back: the map is yet to be drawn.
+  /// Frees the memory of matching and optimisation before the map is drawn.
   void release() {
     tracker_.release();
     optimiser_ = {};

@@ -31,7 +31,7 @@ class FieldMatching {
                        options_.search_sigma_m);
     sharp_map_.render(last(options_.sharp_nodes), options_.cell_m, options_.sharp_sigma_m);
   }
-  /// Gives the maps' memory back; `render` makes them anew.
+  /// Frees the memory of the local maps; they are empty until the next `render`.
   void release() {
     search_map_ = LocalMap();
     sharp_map_ = LocalMap();

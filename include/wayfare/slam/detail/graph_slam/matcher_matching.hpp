@@ -33,7 +33,7 @@ class MatcherMatching {
     map_ = matcher_.make_map(
         nodes.chain(latest - options_.local_nodes + 1, latest, options_.local_radius_m));
   }
-  /// Gives the map's memory back; `render` makes it anew.
+  /// Frees the memory of the local map; there is none until the next `render`.
   void release() { map_ = no_map(); }
 
   [[nodiscard]] Result<Placement> search(const PointSet& points, const SE2d& prior,

@@ -70,7 +70,7 @@ class Tracker {
   /// A node was added, or nodes have moved.
   void nodes_changed() { maps_are_old_ = true; }
 
-  /// Gives the memory of the local maps back until the next scan.
+  /// Frees the memory of the local maps; the next scan renders them again.
   void release() {
     matching_.release();
     nodes_changed();
