@@ -175,11 +175,15 @@ function(wayfare_kernels name folder)
   endforeach()
 endfunction()
 
-# Warnings are errors in our own build only. GCC 12 warns falsely inside Eigen's umeyama.
+# Warnings are errors in our own build only. GCC 12 warns falsely inside Eigen's umeyama, for 32-bit ARM
+# inside its triangular solve, and tells of arguments that GCC 6 passed otherwise.
 function(wayfare_warnings target)
   if(PROJECT_IS_TOP_LEVEL)
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
                                              $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread>)
+    if(CMAKE_SYSTEM_PROCESSOR MATCHES "^arm" AND NOT CMAKE_SIZEOF_VOID_P EQUAL 8)
+      target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi;-Wno-maybe-uninitialized>)
+    endif()
   endif()
 endfunction()
 

@@ -91,7 +91,7 @@ struct SegmentRuns {
     last = v1 >> SubCellPoint::kBits;
     line = flat ? raster.stride : 1;
     cell = flat ? 1 : raster.stride;
-    start = first_line * line;
+    start = static_cast<std::ptrdiff_t>(first_line) * line;
     if (!forward) line = -line;
   }
 

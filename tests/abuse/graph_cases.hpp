@@ -227,9 +227,7 @@ template <class G>
   return random_walk<G>(rng, 12);
 }
 
-inline int any_of(Rng& rng, int size) {
-  return static_cast<int>(rng.below(static_cast<std::uint64_t>(size)));
-}
+inline int any_of(Rng& rng, int size) { return static_cast<int>(rng.below(size)); }
 
 /// A true measurement with noise between any two poses, or of the last one.
 template <class G>

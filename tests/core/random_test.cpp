@@ -162,7 +162,7 @@ TEST(Random, ConsecutiveNormalsAreUncorrelated) {
 // χ² of n draws over m cells has mean m − 1 and variance 2(m − 1).
 TEST(Random, BelowIsUniform) {
   Rng rng(9);
-  for (const std::uint64_t m : {2U, 3U, 7U, 64U, 100U}) {
+  for (const std::size_t m : {2U, 3U, 7U, 64U, 100U}) {
     constexpr int kCount = 200'000;
     std::vector<double> counts(m, 0.0);
     for (int i = 0; i < kCount; ++i) counts.at(rng.below(m)) += 1.0;
@@ -173,6 +173,8 @@ TEST(Random, BelowIsUniform) {
     EXPECT_LE(std::abs(chi_square - freedom), 6.0 * std::sqrt(2.0 * freedom)) << m;
   }
   EXPECT_EQ(rng.below(1), 0U);
+  static_assert(std::same_as<decltype(rng.below(std::uint8_t{3})), std::size_t>);
+  static_assert(std::same_as<decltype(rng.below(std::uint64_t{3})), std::uint64_t>);
   constexpr std::uint64_t kHuge = (std::uint64_t{1} << 63U) + 1;
   for (int i = 0; i < 100; ++i) ASSERT_LT(rng.below(kHuge), kHuge);
 }

@@ -141,7 +141,7 @@ TEST(TiCaptures, SatisfyTheLawsUnderDamage) {
   Stream bytes = testing::file_bytes(path);
   std::vector<std::uint64_t> starts;
   each_frame(bytes, [&](const TiFrame& f) { starts.push_back(f.position()); });
-  bytes.resize(starts.at(4));
+  bytes.resize(static_cast<std::size_t>(starts.at(4)));
   const testing::DecoderLaws<TiDecoder> laws{bytes, kAsText};
   laws.check();
   const testing::DamageReport report = laws.damage(10000);

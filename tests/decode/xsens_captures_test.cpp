@@ -197,7 +197,7 @@ TEST(XsensCaptures, SatisfyTheLawsUnderDamage) {
   Stream bytes = testing::file_bytes(path);
   std::vector<std::uint64_t> starts;
   each_message(bytes, [&](const XbusMessage& m) { starts.push_back(m.position()); });
-  bytes.resize(starts.at(40));
+  bytes.resize(static_cast<std::size_t>(starts.at(40)));
   const testing::DecoderLaws<XbusDecoder> laws{bytes, kAsText};
   laws.check();
   const testing::DamageReport report = laws.damage(10000);

@@ -84,7 +84,7 @@ def addresses(run, places):
     """NDEBUG is not defined: assertions of Eigen and the library are on. The three gates share a folder."""
     folder = run.folder.parent / "address"
     flags = f"{SANITIZED} -fsanitize=address,undefined,float-cast-overflow {coverage.FLAGS}"
-    builds.configure(run, *CLANG, *builds.tree_options(run, flags), folder=folder)
+    builds.configure(run, *CLANG, *coverage.LINKING, *builds.tree_options(run, flags), folder=folder)
     builds.build(run, *all_of(places), folder=folder)
     builds.test(run, folder=folder, environment=coverage.environment(folder) | {
         "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",

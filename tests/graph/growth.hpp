@@ -37,7 +37,7 @@ PoseGraph<G> random_walk(Rng& rng, int poses, bool false_loops = false) {
     join(i - 1, i, false);
     graph.add_pose(graph.poses.back() * graph.edges.back().measurement);
     if (i < 2 || i % 3 != 0) continue;
-    const int seen = static_cast<int>(rng.below(static_cast<std::uint64_t>(i - 1)));
+    const int seen = static_cast<int>(rng.below(i - 1));
     rng.below(2) == 0 ? join(seen, i, true) : join(i, seen, true);
   }
   return graph;

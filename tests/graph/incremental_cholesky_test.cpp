@@ -86,9 +86,7 @@ TYPED_TEST(IncrementalCholeskyTest, FollowsADenseSystemThroughEveryKindOfChange)
     EXPECT_EQ(system.add_term(i, j, terms.back()), static_cast<int>(terms.size()) - 1);
     dense.add(i, j, terms.back());
   };
-  const auto any = [&](int n) {
-    return static_cast<int>(rng.below(static_cast<std::uint64_t>(n)));
-  };
+  const auto any = [&](int n) { return static_cast<int>(rng.below(n)); };
   for (int step = 0; step < 120; ++step) {
     const int kind = step < 3 ? 0 : any(6);
     if (kind <= 2) {  // a variable, coupled to the last one or a random one

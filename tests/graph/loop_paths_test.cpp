@@ -35,7 +35,7 @@ PoseGraph<SE2d> chain_with_loops(Rng& rng, int loops) {
   for (int k = 1; k < kPoses; ++k) k % 3 == 0 ? join(k, k - 1, false) : join(k - 1, k, false);
   for (int k = 0; k < loops; ++k) {
     const int a = static_cast<int>(rng.below(kPoses - 2));
-    join(a, a + 2 + static_cast<int>(rng.below(static_cast<std::uint64_t>(kPoses - a - 2))), true);
+    join(a, a + 2 + static_cast<int>(rng.below(kPoses - a - 2)), true);
   }
   return graph;
 }

@@ -59,9 +59,7 @@ PoseGraph<G> open_graph(Rng& rng, OpenShape shape, int directions, double left =
     }
     join(first + 4, first + 1);
     if (group == 0) continue;
-    const int earlier = shape == OpenShape::tree
-                            ? static_cast<int>(rng.below(static_cast<std::uint64_t>(group)))
-                            : group - 1;
+    const int earlier = shape == OpenShape::tree ? static_cast<int>(rng.below(group)) : group - 1;
     TangentOf<G> n = random_tangent<G>(rng, 1.0);
     if (shape != OpenShape::loops) {
       auto& edge = join(earlier * kGroup + 6, first);

@@ -77,7 +77,7 @@ TEST(PathUncertainty, OfAGrowingGraphEqualsThatOfANewOne) {
   std::size_t doubted = 0;
   for (int k = 1; k < 60; ++k) {
     graph.add_pose(graph.poses.back() * random_step(rng));
-    const auto any = static_cast<int>(rng.below(static_cast<std::uint64_t>(k)));
+    const auto any = static_cast<int>(rng.below(k));
     for (const int from : {k - 1, any}) {
       const SE2d measured = graph.poses[static_cast<std::size_t>(from)].inverse() *
                             graph.poses.back() * SE2d::exp(0.05 * Eigen::Vector3d::Ones());
@@ -86,7 +86,7 @@ TEST(PathUncertainty, OfAGrowingGraphEqualsThatOfANewOne) {
     if (k % 3 != 0) continue;
     for (SE2d& pose : graph.poses) pose = pose.plus(0.02 * random_step(rng).log());
     for (const auto& e : graph.edges) doubted += !near(e);
-    const int root = static_cast<int>(rng.below(static_cast<std::uint64_t>(k) + 1));
+    const int root = static_cast<int>(rng.below(k + 1));
     const PathUncertainty& grown = finder.find(graph, root, near);
     const PathUncertainty fresh = path_uncertainty(graph, root, near);
     EXPECT_EQ(grown.size, fresh.size);

@@ -61,7 +61,9 @@ void expect_whole(const CarmenLog& log, ClockState clock, const char* reason,
   for (std::size_t i = 0; i < log.recording.scans.size(); ++i) {
     const LaserScan& scan = log.recording.scans[i];
     EXPECT_FLOAT_EQ(scan.ranges_m[0], 1.0F + 0.01F * static_cast<float>(i));
-    if (i > 0) ASSERT_GE(scan.time, log.recording.scans[i - 1].time) << i;
+    if (i > 0) {
+      ASSERT_GE(scan.time, log.recording.scans[i - 1].time) << i;
+    }
     const auto pose = pose_at(odometry, scan.time, {.largest_gap = from_seconds(5)});
     ASSERT_TRUE(pose) << i;
     EXPECT_NEAR(pose->x(), 0.1 * static_cast<double>(i), tolerance_m) << i;

@@ -24,11 +24,11 @@ using ::wayfare::testing::read_all;
 using ::wayfare::testing::Remembered;
 using ::wayfare::testing::TemporaryFolder;
 
-std::uint64_t number(const std::string& bytes, std::size_t at, std::size_t size) {
+std::size_t number(const std::string& bytes, std::size_t at, std::size_t size) {
   std::uint64_t value = 0;
   for (std::size_t i = size; i-- > 0;)
     value = value << 8 | static_cast<std::uint8_t>(bytes[at + i]);
-  return value;
+  return static_cast<std::size_t>(value);
 }
 
 /// A recording of three chunks that was never closed.

@@ -106,9 +106,7 @@ TEST(FlipAlongEdge, PolygonsThatShareEdgesShareNoCell) {
     const SubCellPoint corner[4] = {{0, 0}, {24 * kOne, 0}, {24 * kOne, 24 * kOne}, {0, 24 * kOne}};
     const std::int64_t unit = round % 2 == 0 ? 1 : kOne / 2;
     const auto any = [&] {
-      return (1 + static_cast<std::int64_t>(
-                      rng.below(static_cast<std::uint64_t>(24 * kOne / unit - 1)))) *
-             unit;
+      return (1 + static_cast<std::int64_t>(rng.below(24 * kOne / unit - 1))) * unit;
     };
     const SubCellPoint middle{any(), any()};
     std::vector<int> times(24 * 24, 0);

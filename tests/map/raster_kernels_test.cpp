@@ -37,7 +37,7 @@ TEST(RasterKernels, CountPassesSumsTheDifferences) {
     for (int round = 0; round < 300; ++round) {
       const int rows = 1 + static_cast<int>(rng.below(64));
       const int first_part = static_cast<int>(rng.below(4));
-      const int parts = 1 + static_cast<int>(rng.below(static_cast<std::uint64_t>(4 - first_part)));
+      const int parts = 1 + static_cast<int>(rng.below(4 - first_part));
       const auto columns = static_cast<std::size_t>(16 * parts),
                  height = static_cast<std::size_t>(rows);
       // Passes are small and not negative where the sums left and below are large.

@@ -103,7 +103,7 @@ TEST(AddSegments, CountsTheCellsOfTheSegmentOnce) {
   PassDifferences<std::int32_t> wide;
   for (const auto& [reach, unit, times] : kinds) {
     const auto any = [&, r = reach, u = unit] {
-      return (static_cast<std::int64_t>(rng.below(static_cast<std::uint64_t>(2 * r + 1))) - r) * u;
+      return (static_cast<std::int64_t>(rng.below(2 * r + 1)) - r) * u;
     };
     for (int i = 0; i < times; ++i) {
       const SubCellPoint a{any(), any()};

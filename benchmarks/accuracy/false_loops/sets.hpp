@@ -64,9 +64,7 @@ class FalseLoopMaker {
   static constexpr int kDof = ManifoldTraits<G>::kDof;
 
   [[nodiscard]] const G& pose(int i) const { return graph_.poses[static_cast<std::size_t>(i)]; }
-  [[nodiscard]] int below(int n) {
-    return static_cast<int>(rng_.below(static_cast<std::uint64_t>(n)));
-  }
+  [[nodiscard]] int below(int n) { return static_cast<int>(rng_.below(n)); }
 
   [[nodiscard]] TangentOf<G> normal() {
     TangentOf<G> v;

@@ -6,9 +6,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <type_traits>
 
 #include <wayfare/core/contract.hpp>
 
@@ -56,14 +59,19 @@ class Rng {
   /// Uniform in [low, high).
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
-  /// Uniform in {0, …, n-1}, n > 0: rejection sampling with the fewest bits.
-  std::uint64_t below(std::uint64_t n) {
+  /// Uniform in {0, …, n-1}, n > 0, as an index: std::size_t, or std::uint64_t where n is of a
+  /// wider type. Rejection sampling with the fewest bits.
+  template <std::integral Count>
+  auto below(Count n) {
+    using Index =
+        std::conditional_t<(sizeof(Count) > sizeof(std::size_t)), std::uint64_t, std::size_t>;
     WAYFARE_EXPECTS(n > 0, "the number of values must be positive");
-    if (n <= 1) return 0;
-    const int unused_bits = std::countl_zero(n - 1);
+    const auto count = static_cast<std::uint64_t>(n);
+    if (count <= 1) return Index{0};
+    const int unused_bits = std::countl_zero(count - 1);
     while (true) {
       const std::uint64_t draw = (*this)() >> unused_bits;
-      if (draw < n) return draw;
+      if (draw < count) return static_cast<Index>(draw);
     }
   }
 

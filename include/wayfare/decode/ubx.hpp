@@ -137,7 +137,8 @@ class BasicUbxFraming {
     }
     for (; summed_ < position + b.size(); ++summed_, ++examined_) {
       const Sums before = at(summed_);
-      const auto a = static_cast<std::uint8_t>(before.a + b[summed_ - position]);
+      const auto a =
+          static_cast<std::uint8_t>(before.a + b[static_cast<std::size_t>(summed_ - position)]);
       at(summed_ + 1) = {a, static_cast<std::uint8_t>(before.b + a)};
     }
     // The checksum is over n bytes from `first` on: a = A(end) − A(first), and each of its partial
@@ -150,7 +151,9 @@ class BasicUbxFraming {
     return b[b.size() - 2] == a && b[b.size() - 1] == sum;
   }
 
-  Sums& at(std::uint64_t position) { return sums_[position % sums_.size()]; }
+  Sums& at(std::uint64_t position) {
+    return sums_[static_cast<std::size_t>(position % sums_.size())];
+  }
 
   std::array<Sums, std::bit_ceil(kCapacity + 1)> sums_;  // NOLINT: set before it is used
   std::uint64_t summed_ = 0;                             ///< sums are valid up to here

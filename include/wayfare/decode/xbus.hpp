@@ -144,12 +144,15 @@ class BasicXbusFraming {
       at(position) = 0;
     }
     for (; summed_ < position + b.size(); ++summed_, ++examined_)
-      at(summed_ + 1) = static_cast<std::uint8_t>(at(summed_) + b[summed_ - position]);
+      at(summed_ + 1) =
+          static_cast<std::uint8_t>(at(summed_) + b[static_cast<std::size_t>(summed_ - position)]);
     return at(position + b.size()) == at(position + 1);
   }
 
   /// The sum of all bytes before `position` since the search began.
-  std::uint8_t& at(std::uint64_t position) { return sums_[position % sums_.size()]; }
+  std::uint8_t& at(std::uint64_t position) {
+    return sums_[static_cast<std::size_t>(position % sums_.size())];
+  }
 
   std::array<std::uint8_t, std::bit_ceil(kCapacity + 1)> sums_;  // NOLINT: set before it is used
   std::uint64_t summed_ = 0;                                     ///< sums are valid up to here

@@ -85,7 +85,7 @@ struct DamagedStream {
 [[nodiscard]] inline DamagedStream damaged(const std::vector<std::uint8_t>& stream, Rng& rng,
                                            int edits) {
   DamagedStream d = undamaged(stream);
-  for (auto k = 1 + rng.below(static_cast<std::uint64_t>(edits)); k > 0; --k) {
+  for (auto k = 1 + rng.below(edits); k > 0; --k) {
     ++d.edits;
     const auto at = static_cast<long>(rng.below(d.bytes.size()));
     const auto n = static_cast<long>(1 + rng.below(20));
@@ -211,8 +211,7 @@ struct DecoderLaws {
       const Seen messages = decode(d.bytes, {}, &expected);
       EXPECT_TRUE(trial != 0 || messages.size() > 2) << "the stream has too few frames";
       std::vector<std::size_t> chunks;
-      for (int i = 0; i < 50; ++i)
-        chunks.push_back(1 + rng.below(std::uint64_t{1} << rng.below(13)));
+      for (int i = 0; i < 50; ++i) chunks.push_back(1 + rng.below(std::size_t{1} << rng.below(13)));
       for (const auto& split : {std::vector<std::size_t>{1}, {7}, chunks}) {
         const Seen seen = decode(d.bytes, split, &counted);
         EXPECT_TRUE(seen == messages) << "trial " << trial << ": " << seen.size() << " messages, "
@@ -231,7 +230,8 @@ struct DecoderLaws {
       const std::size_t n = 1 + 37 * i % 101;
       bytes.insert(bytes.end(), n, garbage);
       inserted += n;
-      const std::size_t end = i + 1 < frames.size() ? frames[i + 1].position : stream.size();
+      const auto end =
+          i + 1 < frames.size() ? static_cast<std::size_t>(frames[i + 1].position) : stream.size();
       bytes.insert(bytes.end(), stream.begin() + static_cast<long>(at),
                    stream.begin() + static_cast<long>(end));
       at = end;
@@ -255,7 +255,7 @@ struct DecoderLaws {
         bytes.insert(bytes.end(), begin, begin + static_cast<long>(prefix));
       nasty.push_back(std::move(bytes));
     }
-    nasty.emplace_back(100'000, stream[frames.at(0).position]);
+    nasty.emplace_back(100'000, *begin);
     nasty.emplace_back(100'000);
     for (auto& byte : nasty.back()) byte = static_cast<std::uint8_t>(rng());
     for (const auto& bytes : nasty) {

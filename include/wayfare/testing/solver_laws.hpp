@@ -249,9 +249,7 @@ struct SolverLaws {
   static void set_all(Matrix& h, double value) {
     for (int i = 0; i < h.blocks(); ++i) h.block(i).setConstant(value);
   }
-  static int any_of(const Matrix& h, Rng& rng) {
-    return static_cast<int>(rng.below(static_cast<std::uint64_t>(h.columns())));
-  }
+  static int any_of(const Matrix& h, Rng& rng) { return static_cast<int>(rng.below(h.columns())); }
   static Eigen::VectorXd solved(S& solver, const Eigen::VectorXd& b) {
     Eigen::VectorXd x = b;
     solver.solve_in_place(x);

@@ -72,7 +72,7 @@ constexpr Known kKnown[] = {{"lz4", "liblz4-dev", from_lz4},
 }  // namespace
 
 Result<std::string> decompress_block(std::string_view name, std::string_view bytes,
-                                     std::uint64_t size) {
+                                     std::size_t size) {
   const std::string quoted = "is compressed by '" + std::string(name.substr(0, 16)) + "', ";
   for (const Known& known : kKnown) {
     if (known.name != name) continue;

@@ -105,13 +105,14 @@ class Source {
   /// `n` bytes from `at` on, in `buffer` if they come from a file; nullopt where not all exist.
   std::optional<std::string_view> fetch(std::uint64_t at, std::uint64_t n,
                                         std::string& buffer) const {
-    if (at > size_ || n > size_ - at) return std::nullopt;
-    if (fd_.get() < 0) return std::string_view(bytes_).substr(at, n);
-    buffer.resize(n);
+    if (at > size_ || n > size_ - at || n > buffer.max_size()) return std::nullopt;
+    const auto length = static_cast<std::size_t>(n);
+    if (fd_.get() < 0) return std::string_view(bytes_).substr(static_cast<std::size_t>(at), length);
+    buffer.resize(length);
     std::size_t got = 0;
-    while (got < n) {
+    while (got < length) {
       const ssize_t r =
-          ::pread(fd_.get(), buffer.data() + got, n - got, static_cast<off_t>(at + got));
+          ::pread(fd_.get(), buffer.data() + got, length - got, static_cast<off_t>(at + got));
       if (r < 0 && errno == EINTR) continue;
       if (r <= 0) return std::nullopt;
       got += static_cast<std::size_t>(r);
@@ -129,7 +130,7 @@ class Source {
 /// `size` bytes. Errors: damaged, or another size; a compression that is unknown or not supported
 /// by this build.
 [[nodiscard]] Result<std::string> decompress_block(std::string_view name, std::string_view bytes,
-                                                   std::uint64_t size);
+                                                   std::size_t size);
 
 /// A fault at a byte of the file `name`.
 [[nodiscard]] inline Error fault_at(std::uint64_t at, std::string message, const std::string& name,

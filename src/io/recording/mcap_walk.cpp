@@ -44,7 +44,8 @@ Result<std::string_view> records_of(const ChunkHead& chunk, std::size_t max_byte
     if (chunk.size > max_bytes)
       return Error{ErrorCode::unsupported,
                    "a chunk would need " + std::to_string(chunk.size) + " bytes; skipped"};
-    auto unpacked = decompress_block(chunk.compression, records, chunk.size);
+    auto unpacked =
+        decompress_block(chunk.compression, records, static_cast<std::size_t>(chunk.size));
     if (!unpacked) return Error{unpacked.error().code, "a chunk " + unpacked.error().message};
     buffer = *std::move(unpacked);
     records = buffer;

@@ -29,8 +29,8 @@ struct Shape {
 [[nodiscard]] inline BlockPairs random_pairs(Rng& rng, int columns, int couplings) {
   BlockPairs pairs;
   for (int k = 0; k < couplings; ++k) {
-    const int a = static_cast<int>(rng.below(static_cast<std::uint64_t>(columns)));
-    const int b = static_cast<int>(rng.below(static_cast<std::uint64_t>(columns)));
+    const int a = static_cast<int>(rng.below(columns));
+    const int b = static_cast<int>(rng.below(columns));
     if (a != b) pairs.emplace_back(a, b);
   }
   return pairs;
