@@ -80,6 +80,10 @@ def address_programs(run):
     addresses(run, PROGRAMS)
 
 
+DRIVES = (r"^(GnssInsConsistency\.|GnssInsCorrelated\.|RealDrive\.OutagesWithC|Odometer\.ErrorsOfDrives|"
+          r"PhaseChange\.ErrorsMatch|InsFilter\.CovarianceStaysValidForADay)")
+
+
 def addresses(run, places):
     """NDEBUG is not defined: assertions of Eigen and the library are on. The three gates share a folder."""
     folder = run.folder.parent / "address"
@@ -91,7 +95,7 @@ def addresses(run, places):
         "UBSAN_OPTIONS": "print_stacktrace=1"},
         exclude=ELSEWHERE | {r"^Ros2FastDds": "Fast DDS deletes objects as another type: gate tests",
                              r"TakeNoMemory$": "the sanitizer keeps what was freed: gate tests",
-                             r"^(GnssInsConsistency\.|RealDrive\.OutagesWithC)": "hours of drives: gate tests"}, places=places)
+                             DRIVES: "statistics over hours of drives: gate tests"}, places=places)
 
 
 def thread(run):
