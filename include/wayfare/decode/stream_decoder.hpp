@@ -115,7 +115,7 @@ namespace detail {
 
 /// What a type lacks to be a framing, in words.
 template <class F>
-constexpr bool check_framing() {
+consteval bool check_framing() {
   static_assert(
       requires { typename F::Message; },
       "wayfare: a framing names the type of its messages, using Message = X");

@@ -42,7 +42,7 @@ namespace detail {
 
 /// What a type lacks to be a gate, in words.
 template <class G, class T, int Dim>
-constexpr bool check_gate() {
+consteval bool check_gate() {
   static_assert(UpdateGate<G, T, Dim>,
                 "wayfare: a gate has a const member operator()(const Innovation<T, Dim>&), which "
                 "returns whether the measurement is used, a bool, or its weight, a T");

@@ -138,7 +138,7 @@ namespace detail {
 
 /// What a type lacks to be a measurement, in words.
 template <class H, class M>
-constexpr bool check_measurement() {
+consteval bool check_measurement() {
   static_assert(
       requires {
         { H::kDim } -> std::convertible_to<int>;

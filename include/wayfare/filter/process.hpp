@@ -95,7 +95,7 @@ namespace detail {
 
 /// What a type lacks to be a coupling, in words.
 template <class C, class S, class U>
-constexpr bool check_coupling() {
+consteval bool check_coupling() {
   constexpr bool kNamesBlocks = requires {
     typename C::Moves;
     typename C::By;
@@ -129,11 +129,11 @@ struct PartBlocks<P> {
 };
 
 template <class Block, class... M>
-constexpr int count_of(BlockList<M...>) {
+consteval int count_of(BlockList<M...>) {
   return (0 + ... + (std::same_as<Block, M> ? 1 : 0));
 }
 template <class Block, class... P>
-constexpr bool check_moved() {
+consteval bool check_moved() {
   static_assert((0 + ... + count_of<Block>(typename PartBlocks<P>::Moves{})) == 1,
                 "wayfare: each block of a state is moved by exactly one part of its process");
   return true;
@@ -283,11 +283,11 @@ class Process {
   using Steps = std::tuple<decltype(detail::discretise(std::declval<const Part&>(), 1.0))...>;
 
   template <class P, class U>
-  static constexpr void check_part() {
+  static consteval void check_part() {
     if constexpr (!MovingBlock<P>) detail::check_coupling<P, S, U>();
   }
   template <class U, class... B>
-  static constexpr bool check(BlockList<B...>) {
+  static consteval bool check(BlockList<B...>) {
     (check_part<Part, U>(), ...);
     (detail::check_moved<B, Part...>(), ...);
     return true;

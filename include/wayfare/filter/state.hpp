@@ -49,7 +49,7 @@ concept StateBlock = requires {
 namespace detail {
 
 template <class B>
-constexpr bool check_block() {
+consteval bool check_block() {
   constexpr bool kHasValue = requires { typename B::Value; };
   static_assert(kHasValue, "wayfare: a block names the type of its value, using Value = SE2d");
   if constexpr (kHasValue) {
@@ -91,7 +91,7 @@ struct BlockOn<B<T, N>, U> {
 
 /// The number of errors of the blocks before Block.
 template <class Block, class... B>
-constexpr int errors_before() {
+consteval int errors_before() {
   int sum = 0;
   bool found = false;
   ((found = found || std::same_as<Block, B>, sum += found ? 0 : kBlockDof<B>), ...);

@@ -95,7 +95,7 @@ namespace detail {
 
 /// What a type lacks to be an edge, in words.
 template <class E>
-constexpr bool check_edge() {
+consteval bool check_edge() {
   constexpr bool kNamesVariables = requires { typename E::Variables; };
   constexpr bool kHasDimension = requires {
     { E::kDim } -> std::convertible_to<int>;

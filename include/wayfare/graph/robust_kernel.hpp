@@ -39,7 +39,7 @@ namespace detail {
 
 /// What a type lacks to be a robust kernel, in words.
 template <class K>
-constexpr bool check_kernel() {
+consteval bool check_kernel() {
   static_assert(std::copyable<K>, "wayfare: a robust kernel is a value: it can be copied");
   static_assert(KernelFunction<K>,
                 "wayfare: a robust kernel has a const member operator()(double s), which returns "

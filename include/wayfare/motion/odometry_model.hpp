@@ -39,7 +39,7 @@ namespace detail {
 
 /// What a type lacks to be a model of odometry, in words.
 template <class M, class Pose>
-constexpr bool check_odometry_model() {
+consteval bool check_odometry_model() {
   constexpr bool kHasMotion = requires(const M& model, const Pose& increment) {
     model.motion(increment);
   };

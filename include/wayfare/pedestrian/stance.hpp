@@ -64,7 +64,7 @@ namespace detail {
 
 /// What a type lacks to be a stance statistic, in words.
 template <class S>
-constexpr bool check_stance_statistic() {
+consteval bool check_stance_statistic() {
   static_assert(ZeroVelocityStatistic<S>,
                 "wayfare: a stance statistic is a value with a const member "
                 "operator()(const StanceWindow&), which returns a double");

@@ -179,7 +179,7 @@ namespace detail {
 
 /// What a type lacks to be a step length model, in words.
 template <class M>
-constexpr bool check_step_length() {
+consteval bool check_step_length() {
   static_assert(StepLengthModel<M>,
                 "wayfare: a step length model is a value with a const member "
                 "operator()(const Step&), which returns the length in metres, a double");

@@ -46,7 +46,7 @@ namespace detail {
 
 /// What the parts of a localiser lack, in words.
 template <class Map, class Likelihood, class Odometry>
-constexpr bool check_localiser() {
+consteval bool check_localiser() {
   using Pose = LikelihoodPose<Likelihood>;
   static_assert(std::same_as<Pose, SE2d> || std::same_as<Pose, SE3d>,
                 "wayfare: the Pose of a likelihood is SE2d or SE3d");

@@ -81,7 +81,7 @@ namespace detail {
 
 /// What a type lacks to be a likelihood of scans, in words.
 template <class L, class Scan, class Map>
-constexpr bool check_likelihood() {
+consteval bool check_likelihood() {
   static_assert(ScanLikelihoodModel<L, Scan, Map>,
                 "wayfare: a likelihood has a const member log_likelihood(pose, scan, map), which "
                 "returns a double, the logarithm of a density");
