@@ -138,7 +138,7 @@ TEST(RobotLog, AMalformedLineAffectsOnlyItself) {
       {"RADAR", "expected the number of points"},
       {"RADAR -1 2.0 h 2.0", "expected the number of points"},
       {"RADAR 2 1 2 0 0 9 2.0 h 2.0", "point 2 of 2"},
-      {"RADAR 99999999999 1 2 0 0 9 2.0 h 2.0", "point 2 of 99999999999"},
+      {"RADAR 4294967295 1 2 0 0 9 2.0 h 2.0", "point 2 of 4294967295"},
       {"RADAR 1 1 x 0 0 9 2.0 h 2.0", "not a number: 'x'"},
       {"RADAR 0 1 2 0 0 9 2.0 h 2.0", "more fields"},
       {"RADAR 1 1 2 0 0 9", "ends before the time stamp"},

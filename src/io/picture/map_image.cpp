@@ -128,14 +128,15 @@ Result<Image> parse_pgm(std::string_view bytes, const std::string& source) {
   }
   const auto [width, height, largest] = header;
   if (largest > 255) return fault("PGM pictures of more than 8 bits are not supported");
-  const std::size_t count = width * height;
-  const std::size_t pixel_bytes = magic == "P5" ? count + 1 : 2 * count;
+  const std::uint64_t pixels = std::uint64_t{width} * height;
+  const std::uint64_t pixel_bytes = magic == "P5" ? pixels + 1 : 2 * pixels;
   if (rest.size() + 1 < pixel_bytes) {
     return fault("the picture is cut off: " + std::to_string(width) + " x " +
                  std::to_string(height) + " pixels announced, " + std::to_string(rest.size()) +
                  " bytes left");
   }
   Image image{width, height, 1, {}};
+  const auto count = static_cast<std::size_t>(pixels);
   image.pixels.resize(count);
   if (magic == "P5") {
     rest.remove_prefix(1);  // one blank ends the header
