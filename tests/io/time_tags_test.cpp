@@ -1,8 +1,10 @@
 // RTKLIB's time tags and the fit between two clocks.
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <random>
 #include <string>
 #include <vector>
@@ -13,11 +15,12 @@
 namespace wayfare::io {
 namespace {
 
+/// Low byte first.
 template <class T>
 void append(std::string& out, T value) {
-  char bytes[sizeof value];
-  std::memcpy(bytes, &value, sizeof value);
-  out.append(bytes, sizeof value);
+  std::array<char, sizeof value> bytes = std::bit_cast<std::array<char, sizeof value>>(value);
+  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+  out.append(bytes.data(), bytes.size());
 }
 
 std::string tags(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& records) {
