@@ -106,9 +106,20 @@ def thread(run):
                 exclude=ELSEWHERE, places=THREADED)
 
 
+# Foreign libraries that exchange containers with ours.
+WITH_CONTAINERS = ("-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DWAYFARE_ROSBAG_INCLUDE_DIR=",
+                   "-DCMAKE_DISABLE_FIND_PACKAGE_fastrtps=ON")
+
+
 def gcc_debug(run):
+    """Containers that check their use are other types: all that exchanges them is compiled with them."""
     flags = "-O0 -g1 -D_GLIBCXX_DEBUG -D_GLIBCXX_ASSERTIONS -DEIGEN_INITIALIZE_MATRICES_BY_NAN"
-    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", *builds.tree_options(run, flags, scans=200, examples=False))
+    googletest = run.folder / "googletest"
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", f"-DCMAKE_CXX_FLAGS={flags}",
+                     f"-DCMAKE_INSTALL_PREFIX={googletest / 'installed'}", folder=googletest, source="/usr/src/googletest")
+    builds.build(run, "install", folder=googletest)
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", f"-DGTest_ROOT={googletest / 'installed'}", *WITH_CONTAINERS,
+                     *builds.tree_options(run, flags, scans=200, examples=False))
     builds.build(run, *all_of(PARTS + SYSTEMS))
     builds.test(run, exclude=ELSEWHERE, places=PARTS + SYSTEMS)
 
@@ -198,7 +209,7 @@ ALL = (
          ("clang++", "llvm-cov", "llvm-profdata"), CLANG_PACKAGES),
     Gate("thread", "thread sanitizer: families that start threads", TREE, thread, ("clang++", "ld.lld"), CLANG_PACKAGES),
     Gate("gcc_debug", "GCC without optimisation: parts and systems with checked containers and iterators, "
-         "assertions, matrices initialised with NaN", TREE, gcc_debug, ("g++",), "g++"),
+         "assertions, matrices initialised with NaN", TREE, gcc_debug, ("g++",), "g++ googletest"),
     Gate("leaks", "logger and monitor by Valgrind", TREE, leaks, ("valgrind", "clang++"), "valgrind"),
     Gate("soaks", f"soak programs for {SOAK_MINUTES} minutes each, SLAM over a simulated day, tuning killed", TREE, soaks,
          ("clang++", "cmake"), "clang cmake"),

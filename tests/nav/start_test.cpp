@@ -66,7 +66,9 @@ TEST(GnssInsStart, MotionGivesTheHeadingAfterRest) {
     const GnssInsPoint& p = result->points[i];
     known = known || p.sigma[kYaw] < 0.5F;
     EXPECT_EQ(p.sigma[kYaw] < 0.5F, known) << "the heading was lost";
-    if (p.nav.time.seconds() < 29.0) EXPECT_FALSE(known);
+    if (p.nav.time.seconds() < 29.0) {
+      EXPECT_FALSE(known);
+    }
   }
   expect_consistent(result->points.back(), s.truth.back());
   EXPECT_LT(result->points.back().sigma[kYaw], 0.1F);

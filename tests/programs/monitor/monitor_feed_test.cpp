@@ -95,7 +95,9 @@ TEST(MonitorFeed, PassesOnEveryMessageOnce) {
     logger.put(wanted, i);
     logger.put(other, i);
     EXPECT_TRUE(logger.writer->write(bytes, at(0.0), at(0.0), "\x01\n"));
-    if (i % 50 == 49) EXPECT_TRUE(logger.writer->flush());
+    if (i % 50 == 49) {
+      EXPECT_TRUE(logger.writer->flush());
+    }
     if (i % 100 == 99) events += listen_until(logger.feed, listener, "/wanted", i);
   }
   std::vector<int> all(500);
@@ -125,7 +127,9 @@ TEST(MonitorFeed, ASlowListenerGetsTheNewestAndTheCountOfTheOthers) {
   constexpr int kMessages = 2000;
   for (int i = 1; i <= kMessages; ++i) {
     logger.put(many, i, 10'000);
-    if (i % 100 == 0) EXPECT_TRUE(logger.writer->flush());
+    if (i % 100 == 0) {
+      EXPECT_TRUE(logger.writer->flush());
+    }
   }
   logger.put(end, 1);
   EXPECT_TRUE(logger.writer->flush());
@@ -147,7 +151,9 @@ TEST(MonitorFeed, OfAnOldRecordingTheNewestOfEachTopicCounts) {
   logger.put(latched, 5);
   for (int i = 0; i < 3000; ++i) {
     logger.put(many, i, 1000);
-    if (i % 100 == 99) EXPECT_TRUE(logger.writer->flush());
+    if (i % 100 == 99) {
+      EXPECT_TRUE(logger.writer->flush());
+    }
   }
   // It begins to listen before the feed has read the file.
   LiveFeed::Listener listener{{"/tf_static", "/many"}};
