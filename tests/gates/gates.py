@@ -118,7 +118,7 @@ def gcc_debug(run):
     builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", f"-DCMAKE_CXX_FLAGS={flags}",
                      f"-DCMAKE_INSTALL_PREFIX={googletest / 'installed'}", folder=googletest, source="/usr/src/googletest")
     builds.build(run, "install", folder=googletest)
-    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", f"-DGTest_ROOT={googletest / 'installed'}", *WITH_CONTAINERS,
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", f"-DGTest_DIR={googletest / 'installed/lib/cmake/GTest'}", *WITH_CONTAINERS,
                      *builds.tree_options(run, flags, scans=200, examples=False))
     builds.build(run, *all_of(PARTS + SYSTEMS))
     builds.test(run, exclude=ELSEWHERE, places=PARTS + SYSTEMS)
