@@ -6,6 +6,7 @@ import consumers
 import fuzzing
 import headers
 import mutation
+import same_digits
 import tidy
 import vectors
 from running import Gate, Step, Stopped
@@ -162,8 +163,10 @@ def last_line(code, output):
 
 
 def aarch64(run):
-    cross(run, "aarch64-linux-gnu", PARTS + SYSTEMS)
+    cross(run, "aarch64-linux-gnu", PARTS + SYSTEMS, programs=("pose_graph",))
     vectors.check(run, run.folder)
+    same_digits.check(run, [built_tests(run) / "bin" / "pose_graph"],
+                      ["qemu-aarch64-static", run.folder / "bin" / "pose_graph"])
 
 
 def armhf(run):
@@ -174,12 +177,12 @@ def s390x(run):
     cross(run, "s390x-linux-gnu", READERS)
 
 
-def cross(run, triple, places):
+def cross(run, triple, places, programs=()):
     """Cross-compiled, tested by emulation."""
     builds.configure(run, f"-DCMAKE_TOOLCHAIN_FILE={headers.HERE / 'cross.cmake'}", f"-DWAYFARE_CROSS={triple}",
-                     *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=False),
+                     *builds.tree_options(run, "-O2 -DNDEBUG", scans=200, examples=bool(programs)),
                      "-DCMAKE_DISABLE_FIND_PACKAGE_ROSCPP=ON", "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON")
-    builds.build(run, *all_of(places))
+    builds.build(run, *all_of(places), *programs)
     builds.test(run, exclude=ELSEWHERE | {r"DeathTest\.": "starts its own program, which needs the emulator: gate tests"},
                 places=places)
 
@@ -217,7 +220,7 @@ ALL = (
          fuzzing.check, ("clang++",), CLANG_PACKAGES),
     Gate("tidy", "clang-tidy on every translation unit", (*TREE, ".clang-tidy", "benchmarks"), tidy.check,
          ("clang-tidy", "clang++", "llvm-config"), "clang-tidy libclang-dev llvm-dev"),
-    Gate("aarch64", "cross build for 64-bit ARM, parts and systems under emulation", TREE, aarch64,
+    Gate("aarch64", "cross build for 64-bit ARM, parts and systems under emulation, digits of optimised graphs", TREE, aarch64,
          ("aarch64-linux-gnu-g++", "qemu-aarch64-static"), "g++-aarch64-linux-gnu qemu-user-static"),
     Gate("armhf", "the same for 32-bit ARM: parts and misuse", TREE, armhf, ("arm-linux-gnueabihf-g++", "qemu-arm-static"),
          "g++-arm-linux-gnueabihf qemu-user-static"),
