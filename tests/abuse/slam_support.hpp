@@ -93,57 +93,50 @@ inline void append(std::vector<double>& all, const OccupancyGrid& map) {
 
 /// One interface to the systems that take a scan at a time; `numbers()` is what can be observed,
 /// the poses first.
-struct GraphDriver {
-  using Options = GraphSlamOptions;
-  explicit GraphDriver(const Options& options = {}) : slam(options) {}
+template <class Slam, class OptionsOfSlam>
+struct DriverOf {
+  using Options = OptionsOfSlam;
+  explicit DriverOf(const Options& options = {}) : slam(options) {}
+  [[nodiscard]] Trajectory trajectory() const { return slam.trajectory(); }
+  [[nodiscard]] OccupancyGrid map() const { return slam.map(); }
+  [[nodiscard]] std::size_t scans() const { return slam.statistics().scans; }
+  [[nodiscard]] std::size_t unmatched() const { return slam.statistics().unmatched_scans; }
+  Slam slam;
+};
+
+struct GraphDriver : DriverOf<GraphSlam, GraphSlamOptions> {
+  using DriverOf::DriverOf;
   Result<ScanOutcome> add(const LaserScan& scan, const std::optional<Odometry>& odometry) {
     return slam.add_scan(scan, odometry);
   }
   Result<void> finish() { return slam.finish(); }
-  [[nodiscard]] Trajectory trajectory() const { return slam.trajectory(); }
-  [[nodiscard]] OccupancyGrid map() const { return slam.map(); }
-  [[nodiscard]] std::size_t scans() const { return slam.statistics().scans; }
-  [[nodiscard]] std::size_t unmatched() const { return slam.statistics().unmatched_scans; }
   static auto run(const Recording& r, const SlamProgress& p = {}) {
     return run_graph_slam(r, {}, p);
   }
-  GraphSlam slam;
 };
 
-struct HectorDriver {
-  using Options = HectorSlamOptions;
-  explicit HectorDriver(const Options& options = {}) : slam(options) {}
+struct HectorDriver : DriverOf<HectorSlam, HectorSlamOptions> {
+  using DriverOf::DriverOf;
   Result<ScanOutcome> add(const LaserScan& scan, const std::optional<Odometry>& odometry) {
     return slam.add_scan(scan, odometry);
   }
   Result<void> finish() { return {}; }
-  [[nodiscard]] Trajectory trajectory() const { return slam.trajectory(); }
-  [[nodiscard]] OccupancyGrid map() const { return slam.map(); }
-  [[nodiscard]] std::size_t scans() const { return slam.statistics().scans; }
-  [[nodiscard]] std::size_t unmatched() const { return slam.statistics().unmatched_scans; }
   static auto run(const Recording& r, const SlamProgress& p = {}) {
     return run_hector_slam(r, {}, p);
   }
-  HectorSlam slam;
 };
 
-struct SubmapDriver {
-  using Options = SubmapSlamOptions;
-  explicit SubmapDriver(const Options& options = {}) : slam(options) {}
+struct SubmapDriver : DriverOf<SubmapSlam, SubmapSlamOptions> {
+  using DriverOf::DriverOf;
   Result<ScanOutcome> add(const LaserScan& scan, const std::optional<Odometry>& odometry) {
     MotionHint hint;
     hint.odometry = odometry;
     return slam.add_scan(scan, hint);
   }
   Result<void> finish() { return slam.finish(); }
-  [[nodiscard]] Trajectory trajectory() const { return slam.trajectory(); }
-  [[nodiscard]] OccupancyGrid map() const { return slam.map(); }
-  [[nodiscard]] std::size_t scans() const { return slam.statistics().scans; }
-  [[nodiscard]] std::size_t unmatched() const { return slam.statistics().unmatched_scans; }
   static auto run(const Recording& r, const SlamProgress& p = {}) {
     return run_submap_slam(r, {}, p);
   }
-  SubmapSlam slam;
 };
 
 /// Takes no odometry: it comes from the unit, here one that lies still.
