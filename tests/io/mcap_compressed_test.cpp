@@ -74,7 +74,8 @@ std::string packed(const std::string& name, const Change& change = {}) {
 class McapCompressed : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (!compressed(GetParam(), "x")) GTEST_SKIP() << "built without " << GetParam();
+    if (!compressed(GetParam(), "x"))
+      GTEST_SKIP() << "built without " << GetParam() << " (Debian: lib" << GetParam() << "-dev)";
   }
 };
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "io/mcap_samples.hpp"
+#include "io/support.hpp"
 #if WAYFARE_HAS_LZ4
 #include <lz4frame.h>
 #endif
@@ -35,12 +36,6 @@ inline std::optional<std::string> compressed([[maybe_unused]] const std::string&
   }
 #endif
   return std::nullopt;
-}
-
-inline std::string little(std::uint64_t value, std::size_t size) {
-  std::string out;
-  for (std::size_t i = 0; i < size; ++i, value >>= 8) out += static_cast<char>(value);
-  return out;
 }
 
 inline std::string mcap_text(const std::string& text) { return little(text.size(), 4) + text; }

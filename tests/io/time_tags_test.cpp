@@ -1,7 +1,5 @@
 // RTKLIB's time tags and the fit between two clocks.
 
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -15,23 +13,13 @@
 namespace wayfare::io {
 namespace {
 
-/// Low byte first.
-template <class T>
-void append(std::string& out, T value) {
-  std::array<char, sizeof value> bytes = std::bit_cast<std::array<char, sizeof value>>(value);
-  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
-  out.append(bytes.data(), bytes.size());
-}
+using ::wayfare::testing::little;
 
 std::string tags(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& records) {
   std::string out = "TIMETAG RTKLIB demo5";
   out.resize(64, '\0');
-  append<std::uint32_t>(out, 1752003261);
-  append(out, 0.25);
-  for (const auto& [tick, bytes] : records) {
-    append(out, tick);
-    append(out, bytes);
-  }
+  out += little(1752003261, 4) + little(std::bit_cast<std::uint64_t>(0.25), 8);
+  for (const auto& [tick, bytes] : records) out += little(tick, 4) + little(bytes, 4);
   return out;
 }
 

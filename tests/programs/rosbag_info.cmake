@@ -1,7 +1,7 @@
 # cmake -DBAG=FILE -P rosbag_info.cmake: ROS 1's tool reads a bag written by wayfare.
 find_program(rosbag rosbag)
 if(NOT rosbag)
-  message("skipped: needs rosbag (package python3-rosbag)")
+  message("skipped: needs rosbag (Debian: python3-rosbag)")
   return()
 endif()
 execute_process(COMMAND "${rosbag}" info "${BAG}" RESULT_VARIABLE code OUTPUT_VARIABLE text

@@ -49,10 +49,12 @@ TEST(LocaliseNode, GivesTheOfflinePoses) {
   EXPECT_THAT(driven.node.left_out(), IsEmpty());
 }
 
-/// The first scans of a real log, on the map that submap SLAM makes of them.
-void localise_intel(const std::string& path, std::size_t scans) {
+// On the map that submap SLAM makes of the same scans.
+TEST(LocaliseNode, GivesTheOfflinePosesOfARealLog) {
+  WAYFARE_NEEDS_RECORDING(path, "slam2d/intel.clf.gz");
   Recording r = io::read_carmen(path)->recording;
-  if (r.scans.size() > scans) r.scans.resize(scans);
+  constexpr std::size_t kScans = WAYFARE_TEST_SCANS;
+  if (kScans > 0 && r.scans.size() > kScans) r.scans.resize(kScans);
   const auto slam = run_submap_slam(r);
   const auto map = ros::message_of(io::grid_image(slam->map), r.scans.front().time, "map");
   ros::LocaliseNodeOptions options;
@@ -68,17 +70,6 @@ void localise_intel(const std::string& path, std::size_t scans) {
   EXPECT_EQ(driven.poses.size(), converged);
   EXPECT_GT(converged, run.outcomes.size() * 9 / 10);
   std::printf("%zu of %zu scans localised\n", converged, run.outcomes.size());
-}
-
-TEST(LocaliseNode, GivesTheOfflinePosesOfARealLog) {
-  WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
-  localise_intel(log, 400);
-}
-
-// Takes minutes: enabled on request.
-TEST(LocaliseNode, DISABLED_GivesTheOfflinePosesOfAWholeRealLog) {
-  WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
-  localise_intel(log, 1'000'000);
 }
 
 TEST(LocaliseNode, MapToOdomTimesOdometryIsThePoseAndPostDated) {
