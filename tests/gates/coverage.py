@@ -17,7 +17,7 @@ OURS = ("include/wayfare/", "src/")
 LINES, BRANCHES = 93.0, 80.0  # percent
 FLAGS = "-fprofile-instr-generate -fcoverage-mapping"
 # Counters of kernels are in no section group: the linker may not take them for unused.
-LINKING = ("-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld -Wl,-z,nostart-stop-gc",)
+LINKING = "-Wl,-z,nostart-stop-gc"
 
 
 def environment(folder):

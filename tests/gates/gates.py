@@ -14,9 +14,12 @@ from tree import ROOT, digest_of_file, digest_of_files
 
 CODE = ("CMakeLists.txt", "cmake", "include", "src")
 TREE = (*CODE, "benchmarks/accuracy", "docs", "examples", "tests", "README.md", "run")
-CLANG = ("-DCMAKE_CXX_COMPILER=clang++", "-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld")
 SANITIZED = "-O1 -g1 -fno-omit-frame-pointer -fno-sanitize-recover=all"
 CLANG_PACKAGES = "clang lld llvm libclang-rt-14-dev"
+
+
+def clang(linking=""):
+    return "-DCMAKE_CXX_COMPILER=clang++", f"-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld {linking}".rstrip()
 
 
 def documents(run):
@@ -89,7 +92,7 @@ def addresses(run, places):
     """NDEBUG is not defined: assertions of Eigen and the library are on. The three gates share a folder."""
     folder = run.folder.parent / "address"
     flags = f"{SANITIZED} -fsanitize=address,undefined,float-cast-overflow {coverage.FLAGS}"
-    builds.configure(run, *CLANG, *coverage.LINKING, *builds.tree_options(run, flags), folder=folder)
+    builds.configure(run, *clang(coverage.LINKING), *builds.tree_options(run, flags), folder=folder)
     builds.build(run, *all_of(places), folder=folder)
     builds.test(run, folder=folder, environment=coverage.environment(folder) | {
         "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
@@ -101,7 +104,7 @@ def addresses(run, places):
 
 def thread(run):
     flags = f"{SANITIZED} -fsanitize=thread"
-    builds.configure(run, *CLANG, *builds.tree_options(run, flags, examples=False))
+    builds.configure(run, *clang(), *builds.tree_options(run, flags, examples=False))
     builds.build(run, *all_of(THREADED))
     builds.test(run, environment={"TSAN_OPTIONS": "halt_on_error=1:ignore_noninstrumented_modules=1"},
                 exclude=ELSEWHERE, places=THREADED)

@@ -3,6 +3,7 @@
 #include <wayfare/io/carmen.hpp>
 
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -128,17 +129,17 @@ TEST(RobotLog, ALogWithoutLaserIsReadIfAllowed) {
 }
 
 struct BadLine {
-  const char* line;
-  const char* message;
+  std::string line, message;
 };
 
 // A bad line between good ones: only the bad one is dropped and reported.
 TEST(RobotLog, AMalformedLineAffectsOnlyItself) {
+  const std::string most = std::to_string(std::numeric_limits<std::size_t>::max());
   const BadLine bad[] = {
       {"RADAR", "expected the number of points"},
       {"RADAR -1 2.0 h 2.0", "expected the number of points"},
       {"RADAR 2 1 2 0 0 9 2.0 h 2.0", "point 2 of 2"},
-      {"RADAR 4294967295 1 2 0 0 9 2.0 h 2.0", "point 2 of 4294967295"},
+      {"RADAR " + most + " 1 2 0 0 9 2.0 h 2.0", "point 2 of " + most},
       {"RADAR 1 1 x 0 0 9 2.0 h 2.0", "not a number: 'x'"},
       {"RADAR 0 1 2 0 0 9 2.0 h 2.0", "more fields"},
       {"RADAR 1 1 2 0 0 9", "ends before the time stamp"},
