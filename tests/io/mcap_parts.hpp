@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "io/little.hpp"
 #include "io/mcap_samples.hpp"
-#include "io/support.hpp"
 #if WAYFARE_HAS_LZ4
 #include <lz4frame.h>
 #endif

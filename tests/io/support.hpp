@@ -2,7 +2,6 @@
 
 #include <stdlib.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -37,13 +36,6 @@ inline std::string recording(const std::string& name) {
   const std::string_view folder = WAYFARE_DATA_DIR;
   const std::string path = std::string(folder) + "/" + name;
   return !folder.empty() && std::filesystem::exists(path) ? path : std::string();
-}
-
-/// The `size` low bytes of a number, the lowest first.
-inline std::string little(std::uint64_t value, std::size_t size) {
-  std::string out;
-  for (std::size_t i = 0; i < size; ++i, value >>= 8) out += static_cast<char>(value);
-  return out;
 }
 
 }  // namespace wayfare::testing

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <wayfare/io/nav_text.hpp>
+#include "little.hpp"
 #include "support.hpp"
 
 namespace wayfare::io {
