@@ -57,6 +57,16 @@ TEST(SymmetricMatrix, OperationsMatchTheDenseMatrix) {
       EXPECT_NEAR(ph[static_cast<std::size_t>(i)], (m.dense * h.transpose())[i], 1e-14);
     EXPECT_NEAR(row.sum([&](int i) { return v[i]; }), h.dot(v), 1e-15);
 
+    // x₃ becomes x₃ + h·x.
+    m.packed.add_to<3>(row);
+    Dense f = Dense::Identity();
+    f.row(3) += h;
+    m.dense = (f * m.dense * f.transpose()).eval();
+    EXPECT_LT((m.packed.dense() - m.dense).norm(), 1e-15 * m.dense.norm() * kSize);
+
+    EXPECT_EQ(m.packed.head<3>(2), m.packed.dense().col(2).head<3>());
+    EXPECT_EQ(m.packed.head<2>(4), m.packed.dense().col(4).head<2>());
+
     m.packed.decouple(2, 9.0);
     m.dense.row(2).setZero();
     m.dense.col(2).setZero();

@@ -40,13 +40,14 @@ class SymmetricMatrix {
   /// Element (i, j), which is element (j, i).
   const T& operator()(int i, int j) const { return upper_[at(i, j)]; }
 
-  /// *this −= v·vᵀ·scale.
-  void subtract_outer(const Vector& v, T scale) {
-    for (int j = 0; j < N; ++j) {
-      const T scaled = v[static_cast<std::size_t>(j)] * scale;
-      for (int i = 0; i <= j; ++i) upper_[at(i, j)] -= v[static_cast<std::size_t>(i)] * scaled;
-    }
+  /// The first K elements of column j ≥ K − 1, which are adjacent in memory.
+  template <int K>
+  [[nodiscard]] auto head(int j) {
+    return Eigen::Map<Eigen::Matrix<T, K, 1>>(&upper_[at(0, j)]);
   }
+
+  /// *this −= v·vᵀ·scale.
+  void subtract_outer(const Vector& v, T scale) { subtract_columns(v, scale, kIndices); }
 
   /// *this · h.
   template <int... Index>
@@ -55,6 +56,16 @@ class SymmetricMatrix {
     for (int i = 0; i < N; ++i)
       result[static_cast<std::size_t>(i)] = h.sum([&](int j) { return (*this)(i, j); });
     return result;
+  }
+
+  /// Of a state of which element I becomes itself plus h·x, where `h` is zero at I.
+  template <int I, int... Index>
+  void add_to(const IndexedRow<T, Index...>& h) {
+    const Vector cross = times(h);
+    const auto element = [&](int j) { return cross[static_cast<std::size_t>(j)]; };
+    for (int j = 0; j < I; ++j) (*this)(j, I) += element(j);
+    for (int j = I + 1; j < N; ++j) (*this)(I, j) += element(j);
+    (*this)(I, I) += T(2) * cross[I] + h.sum(element);
   }
 
   /// Element i becomes uncorrelated with all others, with `variance`.
@@ -72,6 +83,13 @@ class SymmetricMatrix {
   }
 
  private:
+  static constexpr auto kIndices = std::make_integer_sequence<int, N>{};
+  /// Each column as one vector of fixed size, on which Eigen works by whole registers.
+  template <int... J>
+  void subtract_columns(const Vector& v, T scale, std::integer_sequence<int, J...>) {
+    ((head<J + 1>(J) -= Eigen::Map<const Eigen::Matrix<T, J + 1, 1>>(v.data()) * (v[J] * scale)),
+     ...);
+  }
   static constexpr std::size_t at(int i, int j) {
     return static_cast<std::size_t>(i <= j ? j * (j + 1) / 2 + i : i * (i + 1) / 2 + j);
   }
