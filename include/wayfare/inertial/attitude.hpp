@@ -78,8 +78,10 @@ struct SensorReport {
 
   /// Counts `status` and returns it.
   UpdateStatus note(UpdateStatus status) {
-    std::uint64_t* const counts[] = {&used, &waiting, &missing, &late, &saturated, &disturbed};
-    ++*counts[static_cast<int>(status)];
+    static constexpr std::uint64_t SensorReport::*kCounts[] = {
+        &SensorReport::used, &SensorReport::waiting,   &SensorReport::missing,
+        &SensorReport::late, &SensorReport::saturated, &SensorReport::disturbed};
+    ++(this->*kCounts[static_cast<int>(status)]);
     return status;
   }
 };

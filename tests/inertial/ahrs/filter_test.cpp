@@ -4,6 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include <wayfare/core/random.hpp>
 #include <wayfare/inertial/detail/ahrs_level.hpp>
 
@@ -60,6 +64,51 @@ Matrix jacobian(const Nominal& x, Step step) {
     j.col(i) = (step(x.plus(d)).minus(step(x)) - step(x.plus(-d)).minus(step(x))) / (2.0 * h);
   }
   return j;
+}
+
+template <class T>
+class AhrsAttitude : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(AhrsAttitude, Scalars);
+
+TYPED_TEST(AhrsAttitude, SmallTurnIsTheExponential) {
+  using T = TypeParam;
+  const Eigen::Matrix<T, 3, 1> axis(T(2.0 / 7), T(-3.0 / 7), T(6.0 / 7));
+  // The series ends at 0.2 rad.
+  for (const T angle : {T(0), T(1e-20), T(1e-4), T(0.01), T(0.1), T(0.1999), T(0.2001), T(3)}) {
+    AhrsFilter<T> f;
+    f.rotate(axis * angle, T(1), T(0), T(0));
+    const Eigen::Matrix<long double, 3, 1> turn = (axis * angle).template cast<long double>();
+    const long double half = 0.5L * turn.norm();
+    const long double part = half > 0.0L ? 0.5L * std::sin(half) / half : 0.5L;
+    const auto q = f.q_enu_body().quaternion();
+    constexpr long double kTolerance = 3.0L * std::numeric_limits<T>::epsilon();
+    EXPECT_NEAR(q.w(), std::cos(half), kTolerance) << angle;
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(q.vec()[i], part * turn[i], kTolerance * std::min(half, 1.0L)) << angle;
+  }
+}
+
+TYPED_TEST(AhrsAttitude, RotatesLikeTheQuaternion) {
+  using T = TypeParam;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  constexpr T kEpsilon = std::numeric_limits<T>::epsilon();
+  Rng rng(5);
+  const auto random = [&] { return Vector3(T(rng.normal()), T(rng.normal()), T(rng.normal())); };
+  AhrsFilter<T> f;
+  EXPECT_EQ(f.rotation(), (Eigen::Matrix<T, 3, 3>::Identity()));
+  for (int i = 0; i < 1000; ++i) {
+    const SO3<T> q = SO3<T>::exp(random());
+    const Vector3 v = random();
+    f.set_attitude(q);
+    // The two formulas differ by twice the error of q's squared length on the diagonal.
+    EXPECT_LT((f.rotation() - q.matrix()).norm(), T(16) * kEpsilon);
+    const PaddedVector<T> world = f.in_world(v);
+    EXPECT_LT((world.unpadded() - q * v).norm(), T(16) * kEpsilon * v.norm());
+    EXPECT_EQ(world[3], T(0));
+    const Vector3 u = random();
+    EXPECT_EQ(PaddedVector<T>(u).cross(v), PaddedVector<T>(u.cross(v)));
+  }
 }
 
 TEST(AhrsFilter, TurnPropagatesTheCovarianceByTheNumericJacobian) {

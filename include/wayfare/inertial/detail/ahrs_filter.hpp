@@ -10,9 +10,11 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <wayfare/core/detail/stumpff.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/detail/padded_vector.hpp>
 
 namespace wayfare {
 
@@ -23,6 +25,7 @@ template <class T>
 class AhrsFilter {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
+  using Padded = PaddedVector<T>;
   using Rotation = Eigen::Matrix<T, 3, 3>;
   /// Forces and fields correct the attitude by their means over these times (four and three
   /// readings at 100 Hz), in world axes, in which they hardly change with the body's rotation.
@@ -34,8 +37,12 @@ class AhrsFilter {
   using Covariance = SymmetricMatrix<T, kSize>;
 
   [[nodiscard]] const SO3<T>& q_enu_body() const { return q_; }
-  [[nodiscard]] const Rotation& rotation() const { return r_; }
-  [[nodiscard]] const Vector& bias() const { return bias_; }
+  [[nodiscard]] Rotation rotation() const { return axes_.template topRows<3>(); }
+  [[nodiscard]] Padded in_world(const Padded& body) const {
+    return axes_.col(0) * body[0] + axes_.col(1) * body[1] + axes_.col(2) * body[2];
+  }
+  [[nodiscard]] Vector bias() const { return bias_.unpadded(); }
+  [[nodiscard]] Padded without_bias(const Padded& rate) const { return rate - bias_; }
   [[nodiscard]] const Eigen::Matrix<T, 2, 1>& velocity() const { return velocity_; }
   [[nodiscard]] T delay() const { return delay_; }
   [[nodiscard]] const Covariance& covariance() const { return p_; }
@@ -43,7 +50,14 @@ class AhrsFilter {
 
   void set_attitude(const SO3<T>& q) {
     q_ = q;
-    r_ = q_.matrix();
+    // With q = (u, w): R = 2(u·uᵀ + w·(w·I + [u]×)) − I, from permutations of q.
+    const Four v = q_.quaternion().coeffs(), twice = T(2) * v;
+    const auto column = [&](int j, const Four& permuted, const Four& signs, const Four& unit) {
+      axes_.col(j) = twice[j] * v + permuted.cwiseProduct(twice[3] * signs) - unit;
+    };
+    column(0, {v[3], v[2], v[1], v[0]}, {1, 1, -1, -1}, {1, 0, 0, 0});
+    column(1, {v[2], v[3], v[0], v[1]}, {-1, 1, 1, -1}, {0, 1, 0, 0});
+    column(2, {v[1], v[0], v[3], v[2]}, {1, -1, 1, -1}, {0, 0, 1, 0});
   }
   void set_velocity(const Eigen::Matrix<T, 2, 1>& v) { velocity_ = v; }
   void set_bias(const Vector& b) { bias_ = b; }
@@ -65,7 +79,7 @@ class AhrsFilter {
   /// Applies the smallest rotation that makes `force` point up. The tilt then has standard
   /// deviation `sigma`; the heading variance grows with the rotation angle.
   void level(const Vector& force, T sigma) {
-    const auto rotation = SO3<T>::between(r_ * force, Vector::UnitZ());
+    const auto rotation = SO3<T>::between(this->rotation() * force, Vector::UnitZ());
     set_attitude(rotation * q_);
     const T angle = rotation.log().norm();
     const T heading = p_(2, 2) + T(0.25) * angle * angle;
@@ -83,27 +97,27 @@ class AhrsFilter {
 
   /// Rotates by the body's rate (bias subtracted) for dt, in which each angle gains
   /// `angle_variance` and each bias `bias_variance`. The covariance follows in propagate().
-  void rotate(const Vector& rate, T dt, T angle_variance, T bias_variance) {
-    step_ += r_ * dt;
+  void rotate(const Padded& rate, T dt, T angle_variance, T bias_variance) {
+    step_ += axes_ * dt;
     angle_variance_ += angle_variance;
     bias_variance_ += bias_variance;
-    set_attitude(q_ * small_turn(rate.x() * dt, rate.y() * dt, rate.z() * dt));
+    set_attitude(SO3<T>::from_unit(q_.quaternion() * small_turn(rate * dt, newton_step())));
   }
   /// Propagates the covariance over all rotations since the last call: in world axes they change
   /// the attitude's error by the bias and noise alone, so that one step is as exact as many.
   void propagate() {
     if (!(angle_variance_ > T(0)) && step_.isZero(T(0))) return;
-    // θ' = θ − Σ R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
-    const Rotation old_cross = attitude_with_bias();
-    for (int j = kBias; j < kSize; ++j) {
-      const Vector change = step_ * Vector(p_(kBias, j), p_(kBias + 1, j), p_(kBias + 2, j));
-      for (int i = 0; i < 3; ++i) p_(i, j) -= change[i];
-    }
-    const Rotation sum = old_cross + attitude_with_bias();
+    // θ' = θ − Σ R·dt·b: P_θb, P_θv and P_θδ from P_bb, P_bv and P_bδ, then P_θθ from the old and
+    // the new P_θb. The zeros below step_ leave the fourth row as it is.
+    Columns sum = attitude_with_bias();
+    for (int j = kBias; j < kSize; ++j)
+      p_.template head<4>(j) -= step_.col(0) * p_(kBias, j) + step_.col(1) * p_(kBias + 1, j) +
+                                step_.col(2) * p_(kBias + 2, j);
+    sum += attitude_with_bias();
     // The sum of step·oldᵀ and new·stepᵀ is symmetric.
+    const Columns half = T(0.5) * step_ * sum.template topRows<3>().transpose();
     for (int j = 0; j < 3; ++j)
-      for (int i = 0; i <= j; ++i)
-        p_(i, j) -= T(0.5) * (step_.row(i).dot(sum.row(j)) + step_.row(j).dot(sum.row(i)));
+      for (int i = 0; i <= j; ++i) p_(i, j) -= half(i, j) + half(j, i);
     for (int i = 0; i < 3; ++i) {
       p_(i, i) += angle_variance_;
       if (p_(i, i) > kUnknown) p_.decouple(i, kUnknown);
@@ -123,28 +137,20 @@ class AhrsFilter {
     return std::min(variance, kUnknown);
   }
   /// Both.
-  void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
+  void turn(const Padded& rate, T dt, T angle_variance, T bias_variance) {
     rotate(rate, dt, angle_variance, bias_variance);
     propagate();
   }
 
   /// Integrates the specific force in world axes for dt.
-  void accelerate(const Vector& force, T dt, T velocity_variance) {
+  void accelerate(const Padded& force, T dt, T velocity_variance) {
     // v' = v + G·θ with G = −[a]×·dt, its first two rows.
     velocity_ += force.template head<2>() * dt;
     const T east = force[0] * dt, north = force[1] * dt, up = force[2] * dt;
-    const auto g = [&](int row, const T& x, const T& y, const T& z) {
-      return row == 0 ? up * y - north * z : east * z - up * x;
-    };
-    const T old[2][2] = {{g(0, p_(0, 6), p_(1, 6), p_(2, 6)), g(0, p_(0, 7), p_(1, 7), p_(2, 7))},
-                         {T(0), g(1, p_(0, 7), p_(1, 7), p_(2, 7))}};
-    const T old10 = g(1, p_(0, 6), p_(1, 6), p_(2, 6));
-    for (const int j : {0, 1, 2, 3, 4, 5, 8})
-      for (int row = 0; row < 2; ++row)
-        p_(kVelocity + row, j) += g(row, p_(0, j), p_(1, j), p_(2, j));
-    p_(6, 6) += old[0][0] + g(0, p_(0, 6), p_(1, 6), p_(2, 6)) + velocity_variance;
-    p_(7, 7) += old[1][1] + g(1, p_(0, 7), p_(1, 7), p_(2, 7)) + velocity_variance;
-    p_(6, 7) += old10 + g(0, p_(0, 7), p_(1, 7), p_(2, 7));
+    p_.template add_to<kVelocity>(IndexedRow<T, 1, 2>{{up, -north}});
+    p_.template add_to<kVelocity + 1>(IndexedRow<T, 0, 2>{{-up, east}});
+    p_(6, 6) += velocity_variance;
+    p_(7, 7) += velocity_variance;
   }
 
   /// One scalar measurement with Jacobian `h` and variance `r`; `innovation` is measured minus
@@ -179,8 +185,9 @@ class AhrsFilter {
   /// Applies the correction accumulated since the last call to the estimate.
   void apply() {
     const auto& d = pending_;
-    set_attitude(small_turn(d[0], d[1], d[2]) * q_);
-    bias_ += Vector(d[3], d[4], d[5]);
+    set_attitude(
+        SO3<T>::from_unit(small_turn({d[0], d[1], d[2]}, newton_step()) * q_.quaternion()));
+    bias_ += Padded(d[3], d[4], d[5]);
     velocity_ += Eigen::Matrix<T, 2, 1>(d[6], d[7]);
     delay_ += d[8];
     pending_.fill(T(0));
@@ -189,15 +196,27 @@ class AhrsFilter {
   }
 
  private:
-  /// exp((x, y, z)) to 1e-15, from a short series if it is small. Numbers stay in registers, where
-  /// a vector would be written as three and read as two of them.
-  [[nodiscard]] static SO3<T> small_turn(T x, T y, T z) {
-    const T a = T(0.25) * (x * x + y * y + z * z);
-    if (a > T(0.01)) return SO3<T>::exp({x, y, z});
-    const T c =
-        T(1) - a * (T(1.0 / 2) - a * (T(1.0 / 24) - a * (T(1.0 / 720) - a * T(1.0 / 40320))));
-    const T k = T(0.5) - a * (T(1.0 / 12) - a * (T(1.0 / 240) - a * T(1.0 / 10080)));
-    return SO3<T>::from_unit(Eigen::Quaternion<T>(c, k * x, k * y, k * z));
+  using Four = Eigen::Matrix<T, 4, 1>;
+  using Columns = Eigen::Matrix<T, 4, 3>;  // padded vectors
+
+  /// The factor of one Newton step towards unit length, from the attitude before a turn, so that
+  /// the turn need not wait for it.
+  [[nodiscard]] T newton_step() const { return T(1.5) - T(0.5) * q_.quaternion().squaredNorm(); }
+  /// stumpff<N>(a) for a ≤ 0.01. The first neglected term is below 3e-17, in single precision 2e-9.
+  template <int N>
+  [[nodiscard]] static T series(T a) {
+    constexpr int kTerms = std::numeric_limits<T>::digits > 24 ? 5 : 3;
+    T sum = T(1.0 / detail::factorial(N + 2 * (kTerms - 1)));
+    for (int k = kTerms - 2; k >= 0; --k) sum = T(1.0 / detail::factorial(N + 2 * k)) - a * sum;
+    return sum;
+  }
+  /// `length` times its exponential, from a short series if it is small.
+  [[nodiscard]] static Eigen::Quaternion<T> small_turn(const Padded& angle, T length) {
+    const T a = T(0.25) * angle.squaredNorm();
+    if (a > T(0.01))
+      return Eigen::Quaternion<T>(SO3<T>::exp(angle.unpadded()).quaternion().coeffs() * length);
+    const T c = length * series<0>(a), k = T(0.5) * length * series<1>(a);
+    return Eigen::Quaternion<T>(k * angle + c * Four(0, 0, 0, 1));
   }
 
   /// Variance of the heading error given the errors of all other states.
@@ -214,20 +233,21 @@ class AhrsFilter {
     return std::max(rest(2, 2), T(0));
   }
 
-  [[nodiscard]] Rotation attitude_with_bias() const {
-    return (Rotation() << p_(0, 3), p_(0, 4), p_(0, 5), p_(1, 3), p_(1, 4), p_(1, 5), p_(2, 3),
-            p_(2, 4), p_(2, 5))
-        .finished();
+  /// P_θb, above a row of no interest.
+  [[nodiscard]] Columns attitude_with_bias() {
+    Columns result;
+    for (int j = 0; j < 3; ++j) result.col(j) = p_.template head<4>(kBias + j);
+    return result;
   }
 
   SO3<T> q_;
-  Rotation r_ = Rotation::Identity();
-  Vector bias_ = Vector::Zero();
+  Columns axes_ = Columns::Identity();  // of the body in the world, the rotation's columns
+  Padded bias_;
   Eigen::Matrix<T, 2, 1> velocity_ = Eigen::Matrix<T, 2, 1>::Zero();
   T delay_ = T(0);
   Covariance p_;
   std::array<T, kSize> pending_{};
-  Rotation step_ = Rotation::Zero();  // since propagate(): Σ R·dt
+  Columns step_ = Columns::Zero();  // since propagate(): Σ R·dt
   T angle_variance_ = T(0), bias_variance_ = T(0);
 };
 

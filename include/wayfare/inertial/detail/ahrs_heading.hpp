@@ -12,6 +12,7 @@
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/ahrs_filter.hpp>
+#include <wayfare/inertial/detail/padded_vector.hpp>
 
 namespace wayfare {
 
@@ -20,7 +21,7 @@ namespace wayfare {
 template <class T>
 class MagneticGate {
  public:
-  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Padded = PaddedVector<T>;
   /// Horizontal and downward component, µT.
   using Shape = Eigen::Matrix<T, 2, 1>;
 
@@ -45,9 +46,9 @@ class MagneticGate {
 
   /// Classifies a reading in world axes (z up). `turning`: only a field that is constant while the
   /// body turns is external to the body.
-  Field update(const Vector& field_enu, T dt, bool turning) {
+  Field update(const Padded& field_enu, T dt, bool turning) {
     // Averaged in world axes, where the Earth's field is constant.
-    mean_ = started_ ? Vector(mean_ + (field_enu - mean_) * (dt / (T(0.05) + dt))) : field_enu;
+    mean_ = started_ ? Padded(mean_ + (field_enu - mean_) * (dt / (T(0.05) + dt))) : field_enu;
     started_ = true;
     const Shape shape(mean_.template head<2>().norm(), -mean_.z());
     if (!known_) {
@@ -100,7 +101,7 @@ class MagneticGate {
   T lowest2_, highest2_, sin2_dip_gate_, settle_s_, relearn_s_;
   bool given_ = false, known_ = false, started_ = false;
   Shape earth_ = Shape::Zero(), candidate_ = Shape::Zero();
-  Vector mean_ = Vector::Zero();
+  Padded mean_;
   T undisturbed_s_ = T(0), candidate_s_ = T(0), learned_s_ = T(0);
   int relearned_ = 0;
 };
@@ -108,7 +109,7 @@ class MagneticGate {
 template <class T>
 class AhrsHeading {
  public:
-  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Padded = PaddedVector<T>;
   using Filter = AhrsFilter<T>;
 
   struct Outcome {
@@ -138,7 +139,7 @@ class AhrsHeading {
   }
 
   /// `field` in the filter's world axes, mean over dt, `rate` of the body with its bias subtracted.
-  Outcome update(Filter& filter, const Vector& field, const Vector& rate, T dt) {
+  Outcome update(Filter& filter, const Padded& field, const Padded& rate, T dt) {
     // Without the tilt the dip of the field is unknown.
     const auto& p = filter.covariance();
     if (p(0, 0) + p(1, 1) > T(2) * kLevel * kLevel) return {UpdateStatus::waiting};
@@ -155,7 +156,7 @@ class AhrsHeading {
     using Field = typename MagneticGate<T>::Field;
     if (verdict == Field::disturbed) return {UpdateStatus::disturbed};
     if (verdict == Field::settling || !(dt > T(0))) return {UpdateStatus::waiting};
-    observe(filter, field, filter.rotation() * rate, off, dt);
+    observe(filter, field, filter.in_world(rate), off, dt);
     return {UpdateStatus::used, reset_if_lost(filter, off, dt)};
   }
 
@@ -175,9 +176,9 @@ class AhrsHeading {
     reset(filter, off, std::sqrt(kSigma * kSigma + from_level2));
   }
 
-  void observe(Filter& filter, const Vector& field, const Vector& world_rate, T off, T dt) {
+  void observe(Filter& filter, const Padded& field, const Padded& world_rate, T off, T dt) {
     // Derivative by the delay: dm = −ω×m.
-    const Vector change = -world_rate.cross(field);
+    const Padded change = field.cross(world_rate);
     const T by_delay =
         (field.y() * change.x() - field.x() * change.y()) / field.template head<2>().squaredNorm();
     nis_ = filter.observe(IndexedRow<T, 2, 8>{{T(1), -by_delay}}, off, density2_ / dt);

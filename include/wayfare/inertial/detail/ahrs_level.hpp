@@ -50,6 +50,7 @@ template <class T>
 class AhrsLevel {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
+  using Padded = PaddedVector<T>;
   using Filter = AhrsFilter<T>;
 
   explicit AhrsLevel(const AhrsParameters& p)
@@ -81,11 +82,11 @@ class AhrsLevel {
     since_ = {};
   }
 
-  void add_rate(const Vector& rate, T dt) { rest_.add_rate(rate, dt); }
+  void add_rate(const Padded& rate, T dt) { rest_.add_rate(rate, dt); }
 
   /// Adds the specific force, in body and world axes, and levels the filter by it where that is
   /// due. Returns whether a wrong attitude was levelled again.
-  bool add_force(Filter& filter, const Vector& body, const Vector& world, T dt, T variance) {
+  bool add_force(Filter& filter, const Padded& body, const Padded& world, T dt, T variance) {
     rest_.add_force(body, dt);
     since_.velocity += world * dt;
     since_.span_s += dt;
@@ -99,7 +100,7 @@ class AhrsLevel {
   bool settle(Filter& filter) {
     const Since since = std::exchange(since_, {});
     if (!(since.span_s > T(0))) return false;
-    const Vector force = since.velocity / since.span_s;
+    const Padded force = since.velocity / since.span_s;
     filter.propagate();
     filter.accelerate(force, since.span_s, since.variance);
     update_velocity(filter, force, since.span_s);
@@ -124,13 +125,13 @@ class AhrsLevel {
   using Row = IndexedRow<T, Index...>;
   static constexpr double kGravity = 9.80665;
   struct Since {
-    Vector velocity = Vector::Zero();  // ∫ force, world axes
-    Vector body = Vector::Zero();      // the latest force
+    Padded velocity;  // ∫ force, world axes
+    Padded body;      // the latest force
     T span_s = T(0), variance = T(0);
   };
 
   /// The velocity model as a measurement: v + k·a is white noise.
-  void update_velocity(Filter& filter, const Vector& f, T dt) {
+  void update_velocity(Filter& filter, const Padded& f, T dt) {
     velocity_model_.set_step(dt);
     const T k = velocity_model_.acceleration_gain_s(), r = velocity_model_.innovation_variance();
     const auto& v = filter.velocity();
@@ -155,13 +156,13 @@ class AhrsLevel {
 
   /// If the mean force does not point up for half a second the attitude is wrong; upside down is
   /// otherwise an equilibrium.
-  bool relevel_if_lost(Filter& filter, const Vector& body, const Vector& world, T dt) {
+  bool relevel_if_lost(Filter& filter, const Padded& body, const Padded& world, T dt) {
     mean_ += (world - mean_) * (dt / (T(1) + dt));
     const T limit = rest_.still_s() > T(0.5) ? lost_level_at_rest_ : lost_level_;
     const bool tilted = mean_.template head<2>().squaredNorm() > limit * limit;
     lost_s_ = tilted || mean_.z() < -limit ? lost_s_ + dt : T(0);
     if (lost_s_ < T(0.5) || std::abs(body.norm() - T(kGravity)) > T(0.3 * kGravity)) return false;
-    filter.level(body, T(0.3));
+    filter.level(body.unpadded(), T(0.3));
     reset_velocity(filter);
     return true;
   }
@@ -169,8 +170,8 @@ class AhrsLevel {
   HorizontalVelocityModel<T> velocity_model_;
   RestDetector<T> rest_;
   T rest_time_s_, rest_bias_limit2_, rest_rate2_, rest_velocity2_, lost_level_, lost_level_at_rest_;
-  Vector mean_ = Vector::Zero();  ///< specific force in world axes, averaged over a second
-  Since since_;                   ///< levelled last
+  Padded mean_;  ///< specific force in world axes, averaged over a second
+  Since since_;  ///< levelled last
   T lost_s_ = T(0), since_rest_s_ = T(0);
   std::array<T, 2> nis_{std::numeric_limits<T>::quiet_NaN(), std::numeric_limits<T>::quiet_NaN()};
 };

@@ -22,7 +22,7 @@ namespace wayfare {
 template <class T>
 class GyroNoise {
  public:
-  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Padded = PaddedVector<T>;
 
   explicit GyroNoise(const AhrsParameters& p)
       : rate2_(T(p.rate_noise * p.rate_noise)),
@@ -32,7 +32,7 @@ class GyroNoise {
 
   /// Variance gained about any axis over dt, rad², at mean rate `rate` after `last`. `coarse`: dt
   /// is too long to assume a constant rate.
-  T angle_variance(const Vector& rate, const Vector& last, T dt, bool coarse, bool saturated) {
+  T angle_variance(const Padded& rate, const Padded& last, T dt, bool coarse, bool saturated) {
     const T square = rate.squaredNorm();
     T variance = (rate2_ + scale2_ * square) * dt;
     if (coarse) variance += T(0.25) * (rate - last).squaredNorm() * dt * dt;
@@ -55,51 +55,57 @@ template <class T>
 class AhrsReadings {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
+  using Padded = PaddedVector<T>;
 
   explicit AhrsReadings(const AhrsParameters& p)
       : p_(p), gyro_noise_(p), level_(p), heading_(p), external_(p) {
     filter_.forget_bias(p_);
   }
 
-  UpdateStatus add_rate(LogTime time, const Vector& rate) {
-    const Check j = check(rate, p_.rate_range, rate_clock_, time);
+  UpdateStatus add_rate(LogTime time, const Vector& radps) {
+    const Padded rate(radps);
+    const Check j = check(rate, gyro_, time);
     if (!j.usable) return report_.gyro.note(j.status);
-    const T dt = T(rate_clock_.step_s());
-    if (j.first || dt > T(p_.restart_gap_s)) {
+    if (j.first || gyro_.clock.step_s() > p_.restart_gap_s) {
       restart();
     } else {
-      propagate(time, rate, dt, j.status == UpdateStatus::saturated);
+      propagate(time, rate, j.status == UpdateStatus::saturated);
     }
     last_rate_ = rate;
     return report_.gyro.note(j.status);
   }
 
-  UpdateStatus add_force(LogTime time, const Vector& force) {
-    const Check j = check(force, p_.force_range, force_clock_, time);
+  UpdateStatus add_force(LogTime time, const Vector& mps2) {
+    const Padded force(mps2);
+    const Check j = check(force, accelerometer_, time);
     if (!j.usable) return report_.accelerometer.note(j.status);
-    if (!gyro_is_near(time) || (!ready_ && !start(force))) {
-      force_clock_.forget();
+    const T after_s = after_gyro(time);
+    if (!gyro_is_near(after_s) || (!ready_ && !start(force))) {
+      accelerometer_.clock.forget();
       return report_.accelerometer.note(UpdateStatus::waiting);
     }
-    const T dt = T(force_clock_.step_s());
+    const T dt = T(accelerometer_.clock.step_s());
     if (j.first || dt > T(kLongestHold_s)) {
       level_.reset_velocity(filter_);
     } else {
-      accelerate(time, force, dt, j.status == UpdateStatus::saturated);
+      const Padded world = in_world(force, after_s - T(0.5) * dt);
+      const T variance = force_variance(force, dt, j.status == UpdateStatus::saturated);
+      report_.level_resets += level_.add_force(filter_, force, world, dt, variance) ? 1 : 0;
     }
     return report_.accelerometer.note(j.status);
   }
 
-  UpdateStatus add_field(LogTime time, const Vector& field) {
+  UpdateStatus add_field(LogTime time, const Vector& uT) {
+    const Padded field(uT);
     // A magnetometer without power or calibration reads zero: no direction.
-    if (field.cwiseAbs().maxCoeff() < T(1e-6))
-      return report_.magnetometer.note(UpdateStatus::missing);
-    const Check j = check(field, p_.field_range, field_clock_, time);
+    if (field.squaredNorm() < T(1e-12)) return report_.magnetometer.note(UpdateStatus::missing);
+    const Check j = check(field, magnetometer_, time);
     if (!p_.use_magnetometer || !j.usable || j.status == UpdateStatus::saturated)
       return report_.magnetometer.note(p_.use_magnetometer ? j.status : UpdateStatus::missing);
-    if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(UpdateStatus::waiting);
-    const T dt = std::min(T(field_clock_.step_s()), T(kLongestHold_s));
-    fields_.sum += in_world(field, after_gyro(time) - filter_.delay());
+    const T after_s = after_gyro(time);
+    if (!ready_ || !gyro_is_near(after_s)) return report_.magnetometer.note(UpdateStatus::waiting);
+    const T dt = std::min(T(magnetometer_.clock.step_s()), T(kLongestHold_s));
+    fields_.sum += in_world(field, after_s - filter_.delay());
     fields_.span_s += dt;
     fields_.count += T(1);
     if (heading_.known() && fields_.span_s < AhrsFilter<T>::kFieldUpdate_s)
@@ -109,8 +115,8 @@ class AhrsReadings {
     else
       settle();
     const Fields mean = std::exchange(fields_, {});
-    const auto outcome =
-        heading_.update(filter_, mean.sum / mean.count, last_rate_ - filter_.bias(), mean.span_s);
+    const auto outcome = heading_.update(filter_, mean.sum / mean.count,
+                                         filter_.without_bias(last_rate_), mean.span_s);
     field_status_ = outcome.status;
     report_.heading_resets += outcome.reset ? 1 : 0;
     if (outcome.reset) {
@@ -156,10 +162,14 @@ class AhrsReadings {
 
   /// Of readings since the heading was updated, in world axes.
   struct Fields {
-    Vector sum = Vector::Zero();
+    Padded sum;
     T span_s = T(0), count = T(0);
   };
 
+  struct Sensor {
+    T range;
+    SampleClock clock;
+  };
   struct Check {
     UpdateStatus status = UpdateStatus::used;
     bool usable = false;
@@ -167,29 +177,33 @@ class AhrsReadings {
   };
 
   /// A saturated reading is still usable; one of several times the range is not.
-  static Check check(const Vector& reading, double range, SampleClock& clock, LogTime time) {
-    if (!reading.allFinite()) return {UpdateStatus::missing};
-    const T largest = reading.cwiseAbs().maxCoeff();
-    if (largest > T(4.0 * range)) return {UpdateStatus::saturated};
-    const auto verdict = clock.check(time);
+  static Check check(const Padded& reading, Sensor& sensor, LogTime time) {
+    const T limit = sensor.range;
+    auto status = UpdateStatus::used;
+    if (!(reading.squaredNorm() < limit * limit)) {  // also where it is not finite
+      if (!reading.allFinite()) return {UpdateStatus::missing};
+      const T largest = reading.cwiseAbs().maxCoeff();
+      if (largest > T(4) * limit) return {UpdateStatus::saturated};
+      if (largest >= limit) status = UpdateStatus::saturated;
+    }
+    const auto verdict = sensor.clock.check(time);
     if (verdict == SampleClock::Verdict::late) return {UpdateStatus::late};
-    return {largest >= T(range) ? UpdateStatus::saturated : UpdateStatus::used, true,
-            verdict == SampleClock::Verdict::first};
+    return {status, true, verdict == SampleClock::Verdict::first};
   }
 
   [[nodiscard]] T after_gyro(LogTime time) const {
-    return T(to_seconds(time - rate_clock_.last()));
+    return T(to_seconds(time - gyro_.clock.last()));
   }
-  [[nodiscard]] bool gyro_is_near(LogTime time) const {
-    return rate_clock_.started() && std::abs(after_gyro(time)) <= T(kLongestHold_s);
+  [[nodiscard]] bool gyro_is_near(T after_gyro_s) const {
+    return gyro_.clock.started() && std::abs(after_gyro_s) <= T(kLongestHold_s);
   }
   /// `v`, measured `after_s` after the attitude's time, in world axes.
-  [[nodiscard]] Vector in_world(const Vector& v, T after_s) const {
-    Vector angle = (last_rate_ - filter_.bias()) * after_s;
+  [[nodiscard]] Padded in_world(const Padded& v, T after_s) const {
+    Padded angle = filter_.without_bias(last_rate_) * after_s;
     const T angle2 = angle.squaredNorm();
     if (angle2 > T(0.25)) angle *= T(0.5) / std::sqrt(angle2);
-    const Vector first = angle.cross(v);
-    return filter_.rotation() * (v + first + T(0.5) * angle.cross(first));
+    const Padded first = angle.cross(v);
+    return filter_.in_world(v + first + T(0.5) * angle.cross(first));
   }
 
   /// Covariance and levelling up to now.
@@ -202,27 +216,28 @@ class AhrsReadings {
     report_.restarts += ready_ ? 1 : 0;
     ready_ = false;
     heading_.forget();
-    force_clock_.forget();
-    field_clock_.forget();
+    accelerometer_.clock.forget();
+    magnetometer_.clock.forget();
     level_.forget_rest();
     external_.forget();
     fields_ = {};
   }
 
-  bool start(const Vector& force) {
-    ready_ = level_.start(filter_, force, last_rate_);
+  bool start(const Padded& force) {
+    ready_ = level_.start(filter_, force.unpadded(), last_rate_.unpadded());
     // An unknown heading defines the frame: it has no error and no correlations.
     if (ready_) filter_.turn_heading(T(0), T(0));
     return ready_;
   }
 
-  void propagate(LogTime time, const Vector& rate, T dt, bool saturated) {
+  void propagate(LogTime time, const Padded& rate, bool saturated) {
+    const T dt = T(gyro_.clock.step_s());
     level_.add_rate(rate, dt);
     if (!ready_) return;
-    const bool coarse = dt > T(p_.coarse_gap_s);
-    const Vector mean = coarse ? Vector(T(0.5) * (rate + last_rate_)) : rate;
+    const bool coarse = gyro_.clock.step_s() > p_.coarse_gap_s;
+    const Padded mean = coarse ? Padded(T(0.5) * (rate + last_rate_)) : rate;
     const T variance = gyro_noise_.angle_variance(mean, last_rate_, dt, coarse, saturated);
-    const Vector corrected = mean - filter_.bias();
+    const Padded corrected = filter_.without_bias(mean);
     if (!external_.on())
       return filter_.rotate(corrected, dt, variance, gyro_noise_.bias_variance(dt));
     const auto turn = external_.begin_turn(filter_, dt, variance);
@@ -230,12 +245,12 @@ class AhrsReadings {
     external_.end_turn(time, turn, filter_);
   }
 
-  void accelerate(LogTime time, const Vector& force, T dt, bool saturated) {
-    const Vector world = in_world(force, after_gyro(time) - T(0.5) * dt);
-    T variance = T(p_.force_noise * p_.force_noise) * dt;
+  /// Of the velocity gained by a force over dt.
+  [[nodiscard]] T force_variance(const Padded& force, T dt, bool saturated) const {
+    T variance = force_noise2_ * dt;
     if (saturated)
       variance += T(p_.saturated_part * p_.saturated_part) * force.squaredNorm() * dt * dt;
-    report_.level_resets += level_.add_force(filter_, force, world, dt, variance) ? 1 : 0;
+    return variance;
   }
 
   AhrsParameters p_;
@@ -244,9 +259,11 @@ class AhrsReadings {
   AhrsLevel<T> level_;
   AhrsHeading<T> heading_;
   ExternalHeading<T> external_;
-  SampleClock rate_clock_{p_.restart_gap_s}, force_clock_{p_.restart_gap_s},
-      field_clock_{p_.restart_gap_s};
-  Vector last_rate_ = Vector::Zero();
+  Sensor gyro_{T(p_.rate_range), SampleClock(p_.restart_gap_s)},
+      accelerometer_{T(p_.force_range), SampleClock(p_.restart_gap_s)},
+      magnetometer_{T(p_.field_range), SampleClock(p_.restart_gap_s)};
+  T force_noise2_ = T(p_.force_noise * p_.force_noise);
+  Padded last_rate_;
   Fields fields_;
   UpdateStatus field_status_ = UpdateStatus::waiting;
   bool ready_ = false;
