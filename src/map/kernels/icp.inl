@@ -72,17 +72,17 @@ inline N least_of(const Wide<N, 8>& v) {
   return least[0];
 }
 
+inline float distance_from(const SurfaceTable& table, int point, float x, float y) {
+  const float dx = table.x[point] - x, dy = table.y[point] - y;
+  return __builtin_sqrtf(dx * dx + dy * dy);
+}
+
 /// Searches and remembers the nearest point of a place, and how far all others are at least.
-inline void search_from(const SurfaceTable& table, float x, float y, float radius, int hint, int i,
-                        const Neighbours& known) {
+/// Returns the nearest, −1 for none.
+inline int search_from(const SurfaceTable& table, float x, float y, float bound, int i,
+                       const Neighbours& known) {
   // A little farther than the nearest can be, so that the answer holds near the place too.
   constexpr float kMore_m = 0.02F;
-  float bound = radius < kLongest_m ? radius : kLongest_m;
-  if (hint >= 0) {
-    const float dx = table.x[hint] - x, dy = table.y[hint] - y;
-    const float d = __builtin_sqrtf(dx * dx + dy * dy);
-    bound = d < bound ? d : bound;
-  }
   const TwoNearest found = search(table, x, y, bound + kMore_m);
   const Distances least = least_of(found.least);
   constexpr int32_t kNone = 0x7fffffff;
@@ -97,32 +97,37 @@ inline void search_from(const SurfaceTable& table, float x, float y, float radiu
   known.nearest_x[i] = nearest >= 0 ? table.x[nearest] : 0.0F;
   known.nearest_y[i] = nearest >= 0 ? table.y[nearest] : 0.0F;
   known.others[i] = __builtin_sqrtf(other);
+  return nearest;
 }
 
 void nearest(const SurfaceTable& table, const float* __restrict x, const float* __restrict y, int n,
              float radius, const Neighbours& known, int32_t* __restrict index,
              float* __restrict squares) {
-  const Reals square = radius * radius;
-  int before = -1;
+  const Reals square = radius * radius, farthest = radius < kLongest_m ? radius : kLongest_m;
+  // The next search does not wait for the end of the last: its hint is from the one before that.
+  int hint = -1, next_hint = -1;
   for (int i = 0; i < n; i += 16) {
     const auto at = [i](const float* p) { return Reals::loaded(p + i); };
     const auto squared_from = [&](const float* u, const float* v) {
       const Reals dx = at(x) - at(u), dy = at(y) - at(v);
       return dx * dx + dy * dy;
     };
-    const auto take_root = [](Reals& v) {
-      for (auto& p : v.piece)
-        for (int j = 0; j < Reals::kPieceLanes; ++j) p[j] = __builtin_sqrtf(p[j]);
+    const auto distance_from_each = [&](const float* u, const float* v) {
+      float d[16];
+      squared_from(u, v).store(d);
+      for (float& t : d) t = __builtin_sqrtf(t);
+      return Reals::loaded(d);
     };
     const Ints last = Ints::loaded(known.index + i);
-    Reals moved = squared_from(known.x, known.y),
-          away = squared_from(known.nearest_x, known.nearest_y);
-    take_root(moved);
-    take_root(away);
+    const Reals moved = distance_from_each(known.x, known.y);
+    Reals away = distance_from_each(known.nearest_x, known.nearest_y);
     away = chosen(less(last, Ints{}), Reals(radius), away);
     // Other points are at least as far as they were, less the way moved; wider than rounding.
     const Reals others = at(known.others) * 0.9999F - 1e-6F;
-    const Ints holds = less(away + moved, others);
+    int32_t holds[16];
+    float bounds[16];
+    less(away + moved, others).store(holds);
+    lesser(away, farthest).store(bounds);
     const int lanes = n - i < 16 ? n - i : 16;
     for (int j = 0; j < lanes; ++j) {
       if (holds[j] != 0) continue;
@@ -132,9 +137,13 @@ void nearest(const SurfaceTable& table, const float* __restrict x, const float* 
         known.others[i + j] = 0;
         continue;
       }
-      const int hint = known.index[i + j] >= 0 ? known.index[i + j] : before;
-      search_from(table, u, v, radius, hint, i + j, known);
-      if (known.index[i + j] >= 0) before = known.index[i + j];
+      float bound = bounds[j];
+      if (known.index[i + j] < 0 && hint >= 0) {
+        const float d = distance_from(table, hint, u, v);
+        bound = d < bound ? d : bound;
+      }
+      const int found = search_from(table, u, v, bound, i + j, known);
+      if (found >= 0) hint = std::exchange(next_hint, found);
     }
     const Ints found = Ints::loaded(known.index + i);
     const Reals distances = squared_from(known.nearest_x, known.nearest_y);
