@@ -59,10 +59,14 @@ class Pairs {
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
-  /// Of the distances from the nearest points.
-  [[nodiscard]] double median_m() {
-    const auto squared = upper_median_of(std::span(squared_m2_).first(size_));
-    return std::sqrt(static_cast<double>(squared));
+  /// The median of the distances from the nearest points, at least `least_m`.
+  [[nodiscard]] double median_m(double least_m) {
+    const std::span squared = std::span(squared_m2_).first(size_);
+    // Near the solution most are nearer, which is counted faster than the median is found.
+    const auto nearer = std::ranges::count_if(
+        squared, [&](float m2) { return static_cast<double>(m2) <= least_m * least_m; });
+    if (2 * static_cast<std::size_t>(nearer) > size_) return least_m;
+    return std::max(least_m, std::sqrt(static_cast<double>(upper_median_of(squared))));
   }
 
   /// Cauchy kernel: ½ Σ ln(1 + r²/σ²), with the weights 1/(1 + r²/σ²) in the Hessian.
@@ -117,23 +121,23 @@ class Pairs {
   std::vector<float> px_, py_, qx_, qy_, nx_, ny_, squared_m2_;
 };
 
-/// Σ of the gradients' outer products over pairs, and the fit of all points.
-struct IcpFit {
-  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
-  double mean_log_likelihood = 0.0;
-};
-
-IcpFit fit_at(Pairs& pairs, std::size_t points, const SE2d& pose, const IcpOptions& options) {
+/// Of all points; the pairs are those at the pose.
+double mean_log_likelihood(const Pairs& pairs, std::size_t points, const SE2d& pose,
+                           const IcpOptions& options) {
   const double log_floor = std::log(options.floor_probability);
-  IcpFit fit;
-  pairs.find(pose, options.sigma_m * std::sqrt(-2 * log_floor));
-  pairs.for_each(pose, [&](double residual, const Eigen::Vector3d& g) {
+  double sum = 0.0;
+  pairs.for_each(pose, [&](double residual, const Eigen::Vector3d&) {
     const double sigmas = residual / options.sigma_m;
-    fit.outer += g * g.transpose();
-    fit.mean_log_likelihood += std::max(log_floor, -0.5 * sigmas * sigmas) - log_floor;
+    sum += std::max(log_floor, -0.5 * sigmas * sigmas) - log_floor;
   });
-  fit.mean_log_likelihood = log_floor + fit.mean_log_likelihood / static_cast<double>(points);
-  return fit;
+  return log_floor + sum / static_cast<double>(points);
+}
+
+/// Σ of the gradients' outer products over pairs.
+Eigen::Matrix3d outer_products(const Pairs& pairs, const SE2d& pose) {
+  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+  pairs.for_each(pose, [&](double, const Eigen::Vector3d& g) { outer += g * g.transpose(); });
+  return outer;
 }
 
 }  // namespace
@@ -155,20 +159,21 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
     pairs.find(pose, reach);
     if (pairs.size() < 3) return std::optional<MatchResult>();
     // Far from the solution, residuals are scaled by their median; close to it, by the noise.
-    const double median = pairs.median_m();
-    const double sigma = std::max(options_.sigma_m, median);
+    const double sigma = pairs.median_m(options_.sigma_m);
     const SE2d before = pose;
     const auto cost_at = [&](const SE2d& at) { return pairs.cost(at, sigma, prior_term.weight()); };
     prior_term.minimise(pose, cost_at, 3, options_.tolerance);
-    const double wanted = std::max(min_reach, 3 * median);
+    const double wanted = std::max(min_reach, 3 * sigma);
     const bool converged = before.minus(pose).norm() < options_.tolerance && wanted >= 0.7 * reach;
     reach = std::min(reach, wanted);
     if (converged) break;
   }
-  const IcpFit fit = fit_at(pairs, points.size(), pose, options_);
-  return prior_term.match({pose, fit.mean_log_likelihood,
-                           1 - fit.mean_log_likelihood / std::log(options_.floor_probability),
-                           1 / (options_.sigma_m * options_.sigma_m), [&] { return fit.outer; }});
+  const double log_floor = std::log(options_.floor_probability);
+  pairs.find(pose, options_.sigma_m * std::sqrt(-2 * log_floor));
+  const double mean = mean_log_likelihood(pairs, points.size(), pose, options_);
+  return prior_term.match({pose, mean, 1 - mean / log_floor,
+                           1 / (options_.sigma_m * options_.sigma_m),
+                           [&] { return outer_products(pairs, pose); }});
 }
 
 }  // namespace wayfare
