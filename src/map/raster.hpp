@@ -32,6 +32,7 @@ struct LineCrossings {
   std::int64_t slope = 0;   ///< from one crossing to the next
   std::int64_t before = 0;  ///< added to a crossing gives one slightly too small
   bool exact = true;        ///< if not, the segment is too long
+  bool corners = false;     ///< a crossing can be at a corner of cells; else both round down alike
 
   /// In 1/4096 of a cell: the segment starts at `start` along the lines and `to_first` in front of
   /// the first of `lines` lines; it rises by `rise` along them over a `length` across them.
@@ -49,6 +50,9 @@ struct LineCrossings {
         static_cast<std::int64_t>(static_cast<double>(to_first) * up / over * 0x1p36);
     at = start * (std::int64_t{1} << (kBits - SubCellPoint::kBits)) + to_line + rounding;
     before = -3 * rounding;
+    // Crossing k is at start + rise·(to_first + 4096·k)/length, at a corner a multiple of 4096.
+    constexpr std::int64_t kOne = std::int64_t{1} << SubCellPoint::kBits;
+    corners = (start * length + rise * to_first) % kOne == 0;
     // Over one line only it could exceed 63 bits.
     if (lines > 1) slope = static_cast<std::int64_t>(up / over * 0x1p48);
   }
@@ -65,6 +69,7 @@ struct SegmentRuns {
   bool up = true;                     ///< towards larger places
   bool flat = true;                   ///< lines are rows
   bool exact = true;                  ///< if not, the segment is too long
+  bool corners = false;               ///< it can pass corners of cells, or start or end on a line
 
   SegmentRuns() = default;
   SegmentRuns(const SubCellPoint& a, const SubCellPoint& b, const RasterShape& raster) {
@@ -82,6 +87,7 @@ struct SegmentRuns {
     const LineCrossings c(v0, v1 - v0, std::abs(u1 - u0), forward ? kOne - in_line : in_line,
                           lines);
     exact = c.exact;
+    corners = c.corners;
     // Through a corner of cells the segment is diagonal. Going up, it leaves the old line just
     // before the corner and enters the new one at it; going down, the reverse.
     leave = c.at + (up ? c.before : 0);
@@ -108,36 +114,32 @@ struct SegmentRuns {
   template <bool kUp, class Count>
   void add(Count* differences, std::ptrdiff_t along) const {
     constexpr int kBits = LineCrossings::kBits;
-    const auto put = [along](Count* in_line, std::int64_t place, bool after, int value) {
-      Count& at = in_line[place * along + (after ? along : 0)];
-      at = static_cast<Count>(at + value);
-    };
-    const auto enters = [&](Count* in_line, std::int64_t place) {
-      put(in_line, place, !kUp, kUp ? 1 : -1);
-    };
-    const auto leaves = [&](Count* in_line, std::int64_t place) {
-      put(in_line, place, kUp, kUp ? -1 : 1);
-    };
-    Count* in_line = differences + start;
-    enters(in_line, first);
-    if (lines > 0) {
+    // Differences where the segment enters and leaves a line.
+    constexpr int kEntered = kUp ? 1 : -1, kLeft = -kEntered;
+    const auto add_at = [](Count& at, int value) { at = static_cast<Count>(at + value); };
+    // It leaves a line at place 0 here, and enters the next so much further.
+    Count* at = differences + start + (kUp ? along : 0);
+    const std::ptrdiff_t across = line, to_enter = across + (kUp ? -along : along);
+    const std::int64_t step = slope;
+    std::int64_t in = enter, out = leave;
+    add_at(at[first * along + to_enter - across], kEntered);
+    if (corners) {
       // Rounding can leave the segment where it starts or ends on a line.
-      const auto inside = [this](std::int64_t v) {
-        return std::clamp(v >> kBits, kUp ? first : last, kUp ? last : first);
+      const auto inside = [&](std::int64_t v) {
+        return along * std::clamp(v >> kBits, kUp ? first : last, kUp ? last : first);
       };
-      leaves(in_line, inside(leave));
-      const std::ptrdiff_t across = line;
-      const std::int64_t next = slope;
-      std::int64_t in = enter, out = leave + next;
-      for (std::int64_t i = lines; i > 1; --i, in += next, out += next) {
-        in_line += across;
-        enters(in_line, in >> kBits);
-        leaves(in_line, out >> kBits);
+      for (std::int64_t i = lines; i > 0; --i, at += across, in += step, out += step) {
+        add_at(at[inside(out)], kLeft);
+        add_at(at[inside(in) + to_enter], kEntered);
       }
-      in_line += across;
-      enters(in_line, inside(in));
+    } else {
+      for (std::int64_t i = lines; i > 0; --i, at += across, in += step) {
+        Count* crossing = at + (in >> kBits) * along;
+        add_at(crossing[0], kLeft);
+        add_at(crossing[to_enter], kEntered);
+      }
     }
-    leaves(in_line, last);
+    add_at(at[last * along], kLeft);
   }
 };
 

@@ -49,15 +49,20 @@ std::map<Cell, int> by_hand(const std::vector<ScanRaster::Ray>& rays, const SubC
   return sum;
 }
 
+/// Beams from and to multiples of a unit.
 template <class FreeSpace>
-void expect_by_hand() {
+void expect_by_hand(std::int64_t unit = 1) {
+  const auto rounded = [unit](const SubCellPoint& p) {
+    return SubCellPoint{p.x / unit * unit, p.y / unit * unit};
+  };
   Rng rng(4);
   ScanRaster raster;  // reused, so that state left by a scan would appear in the next
   for (int round = 0; round < 20; ++round) {
-    const SubCellPoint origin{static_cast<std::int64_t>(rng.below(500'000)) - 250'000,
-                              static_cast<std::int64_t>(rng.below(500'000)) - 250'000};
+    const SubCellPoint origin = rounded({static_cast<std::int64_t>(rng.below(500'000)) - 250'000,
+                                         static_cast<std::int64_t>(rng.below(500'000)) - 250'000});
     OccupancyGrid grid = wide_grid();
     raster.rays() = random_rays(rng, origin, 40);
+    for (ScanRaster::Ray& ray : raster.rays()) ray.end = rounded(ray.end);
     const auto want = by_hand<FreeSpace>(raster.rays(), origin);
     ASSERT_TRUE(raster.apply<FreeSpace>(grid, origin, kUpdate));
     std::size_t observed = 0;
@@ -75,6 +80,9 @@ void expect_by_hand() {
 
 TEST(ScanRaster, EqualsTheCellByCellUpdateOfEveryBeam) { expect_by_hand<EveryBeam>(); }
 TEST(ScanRaster, EqualsTheCellByCellUpdateOncePerScan) { expect_by_hand<OncePerScan>(); }
+TEST(ScanRaster, EqualsTheCellByCellUpdateThroughCorners) {
+  for (const std::int64_t parts : {1, 2, 4, 16}) expect_by_hand<EveryBeam>(kOne / parts);
+}
 
 struct ThreeTimes {
   static constexpr int kMaxPassesPerCell = 3;
