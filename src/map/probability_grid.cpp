@@ -110,7 +110,7 @@ Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
 
 Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserScan& scan) {
   return insert_everywhere([&](double resolution_m) {
-    return detail::lay_rays(raster_, resolution_m, T_map_laser, scan, options_.model);
+    return detail::lay_rays<OncePerScan>(raster_, resolution_m, T_map_laser, scan, options_.model);
   });
 }
 

@@ -149,7 +149,7 @@ void ScanRaster::free_passed_cells(OccupancyGrid& grid, const SubCellPoint& orig
   detail::add_segments(origin, std::span<const Ray>(rays_), shape_, differences);
   std::vector<Count> column_sums(static_cast<std::size_t>(shape_.stride), Count{0});
   Count row_sums[kSide];
-  passes_.resize(std::size_t{kSide} * kSide);
+  alignas(64) std::uint16_t passes[std::size_t{kSide} * kSide];  // of a tile
   for_each_window([&](const Window& w) {
     if (w.corner.x == 0) std::fill(row_sums, row_sums + kSide, Count{0});
     const Cell at = w.corner + Cell{16 * w.first_part, w.first_row};
@@ -164,10 +164,10 @@ void ScanRaster::free_passed_cells(OccupancyGrid& grid, const SubCellPoint& orig
         .row_sums = row_sums,
         .column_sums = column_sums.data() + at.x,
         .hits = hit_bits_.data() + (at.y * shape_.stride + w.corner.x) / kSide};
-    const auto extent = count_passes(
-        window, passes_.data() + std::ptrdiff_t{w.first_row} * kSide + 16 * w.first_part);
+    const auto extent =
+        count_passes(window, passes + std::ptrdiff_t{w.first_row} * kSide + 16 * w.first_part);
     if (extent.rows != 0)
-      grid.update_tile(box_of(extent, shape_.origin + w.corner, w.first_row), passes_, max_passes,
+      grid.update_tile(box_of(extent, shape_.origin + w.corner, w.first_row), passes, max_passes,
                        delta);
   });
 }

@@ -38,12 +38,13 @@ namespace detail {
 }
 
 /// Puts the rays of a scan into `raster`; returns their origin.
-inline Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m,
-                                     const SE2d& T_map_laser, const LaserScan& scan,
-                                     const InverseLidarModel& model) {
+template <class FreeSpace>
+Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m, const SE2d& T_map_laser,
+                              const LaserScan& scan, const InverseLidarModel& model) {
   if (auto ok = check(model, T_map_laser); !ok) return ok.error();
   auto& rays = raster.rays();
-  rays.clear();
+  rays.resize(scan.ranges_m.size());
+  std::size_t used = 0;
   const auto& directions = raster.directions(scan);
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
     const bool returned = scan.returned(i);
@@ -52,10 +53,11 @@ inline Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m,
     if (!(range > 0)) continue;
     const double length = std::min(range, model.max_usable_range_m);
     const Eigen::Vector2d end = T_map_laser * Eigen::Vector2d(length * directions[i]);
-    rays.push_back({SubCellPoint::of(end, resolution_m),
-                    static_cast<float>(scan.bearing(i).radians()),
-                    returned && range <= model.max_usable_range_m});
+    const double bearing = FreeSpace::kFills ? scan.bearing(i).radians() : 0.0;
+    rays[used++] = {SubCellPoint::of(end, resolution_m), static_cast<float>(bearing),
+                    returned && range <= model.max_usable_range_m};
   }
+  rays.resize(used);
   return SubCellPoint::of(T_map_laser.translation(), resolution_m);
 }
 
@@ -90,7 +92,8 @@ Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m, const SE2
 template <class FreeSpace = OncePerScan>
 Result<void> insert_scan(OccupancyGrid& grid, const SE2d& T_map_laser, const LaserScan& scan,
                          const InverseLidarModel& model, ScanRaster& raster) {
-  const auto from = detail::lay_rays(raster, grid.resolution_m(), T_map_laser, scan, model);
+  const auto from =
+      detail::lay_rays<FreeSpace>(raster, grid.resolution_m(), T_map_laser, scan, model);
   if (!from) return from.error();
   return raster.apply<FreeSpace>(grid, *from, detail::update_of(model));
 }

@@ -86,7 +86,7 @@ class CopyOnWriteTiles {
     Block() = default;
     explicit Block(const Tile& from) : cells(from) {}
     std::atomic<int> owners{1};
-    Tile cells;
+    alignas(64) Tile cells;  // vectors of a row then lie in one cache line
   };
   /// Like shared_ptr, but the test for a single owner synchronises with owners that were destroyed.
   class Handle {

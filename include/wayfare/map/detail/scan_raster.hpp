@@ -101,8 +101,6 @@ class ScanRaster {
   std::vector<std::uint64_t> hit_bits_, area_bits_;
   // No state is kept in these.
   std::vector<Cell> hits_;
-  std::vector<std::int32_t> columns_;
-  std::vector<std::uint16_t> passes_;
   std::vector<std::uint8_t> has_next_;
   std::vector<Eigen::Vector2d> directions_;
   Angle first_bearing_, bearing_step_;
