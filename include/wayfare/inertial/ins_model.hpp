@@ -167,6 +167,21 @@ class Strapdown {
                        std::tuple{NoNoise{}, velocity_noise, attitude_noise}};
   }
 
+  /// Regressor of the scale: zero if noise and bias alone explain the reading. A regressor with
+  /// measurement noise biases its coefficient (Fuller 1987, section 1.1), here the scale of rarely
+  /// excited axes, over hours by many times its estimated standard deviation.
+  [[nodiscard]] static Vector3 beyond_noise(const Vector3& measured, const Vector3& white,
+                                            const Vector3& sigma, const T& dt) {
+    constexpr double kSigmas = 3.0;
+    Vector3 beyond;
+    for (int i = 0; i < 3; ++i) {
+      const T variance = white[i] * white[i] / dt + sigma[i] * sigma[i];
+      const MaskOf<T> significant = measured[i] * measured[i] > T(kSigmas * kSigmas) * variance;
+      beyond[i] = select(significant, measured[i], T(0));
+    }
+    return beyond;
+  }
+
  private:
   [[nodiscard]] StrapdownJacobian<T> jacobian(const LevelRates<T>& rates, const EarthAt<T>& at,
                                               const Matrix3& c, const CorrectedImu<T>& imu,
@@ -181,26 +196,13 @@ class Strapdown {
     const Vector3 rotation =
         measured.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
     const Matrix3 k = skew(rotation);
-    f.attitude_attitude = Matrix3::Identity() - k + T(0.5) * k * k;
+    // exp(−θ) to the third order: −k³/6 = θ²/6 k.
+    const T linear = T(1) - rotation.squaredNorm() / T(6);
+    f.attitude_attitude = Matrix3::Identity() - linear * k + T(0.5) * k * k;
     f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
     f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(
         beyond_noise(measured.mean_rate_radps, gyro_white_, gyro_sigma_, dt));
     return f;
-  }
-
-  /// Regressor of the scale: zero if noise and bias alone explain the reading. A regressor with
-  /// measurement noise biases its coefficient (Fuller 1987, section 1.1), here the scale of rarely
-  /// excited axes, over hours by many times its estimated standard deviation.
-  static Vector3 beyond_noise(const Vector3& measured, const Vector3& white, const Vector3& sigma,
-                              const T& dt) {
-    constexpr double kSigmas = 3.0;
-    Vector3 beyond;
-    for (int i = 0; i < 3; ++i) {
-      const T variance = white[i] * white[i] / dt + sigma[i] * sigma[i];
-      const MaskOf<T> significant = measured[i] * measured[i] > T(kSigmas * kSigmas) * variance;
-      beyond[i] = select(significant, measured[i], T(0));
-    }
-    return beyond;
   }
 
   LocalTangentPlane plane_;
