@@ -15,6 +15,7 @@
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/core/statistics.hpp>
 
+#include "tune/intervals.hpp"
 #include "tune/kernels/kernels.hpp"
 
 namespace wayfare {
@@ -96,6 +97,7 @@ class StepMaker {
     std::vector<double> intervals;
     for (const kernel::Step& s : to_.steps) intervals.push_back(s.imu.dt_s);
     to_.nominal_dt_s = upper_median_of(intervals);
+    to_.by_intervals = kernel::divide_into_intervals(to_.steps);
   }
 
  private:
@@ -232,6 +234,7 @@ struct InsFitness::Content {
     p.gate_sigma = drive.options.gate_sigma;
     p.vibration_share = drive.options.gyro_vibration_share;
     set_clock(drive, p);
+    p.by_intervals = p.by_intervals && !options.covariance_every_step;
   }
 };
 

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -112,6 +114,35 @@ TEST(InsFitness, MatchesTheNavigationSystem) {
   EXPECT_NEAR(mine[0].east_m, rmse[1], 0.15 * rmse[1] + 0.03);
   EXPECT_NEAR(mine[0].down_m, rmse[2], 0.15 * rmse[2] + 0.03);
   EXPECT_NEAR(mine[0].heading_deg, std::sqrt(yaw / n) * 57.3, 0.1);
+}
+
+TEST(InsFitness, AgreesWithTheCovarianceAtEveryStep) {
+  const Simulated s(20.0);
+  InsFitnessOptions o;
+  const auto intervals = InsFitness::make(s.drive, o);
+  o.covariance_every_step = true;
+  const auto every_step = InsFitness::make(s.drive, o);
+  ASSERT_TRUE(intervals.has_value() && every_step.has_value());
+  auto who = crowd(40);
+  for (std::size_t g = 3; g < 6; ++g) who[kInsGenes + g] = 1.0;  // a correlation time of a second
+  std::vector<double> a(40), b(40);
+  (*every_step)(who, a);
+  (*intervals)(who, b);
+  // Bounds of the covariances: ComposedSteps.AgreeWithEveryStep, and AgreeForLargeNoise.
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < a.size(); ++i) differences.push_back(std::abs(b[i] / a[i] - 1.0));
+  std::sort(differences.begin(), differences.end());
+  EXPECT_LT(differences[20], 2e-6);
+  EXPECT_LT(differences.back(), 3e-5);
+  EXPECT_EQ(b[1], a[1]) << "too short for intervals";
+  EXPECT_NE(b[0], a[0]) << "not by intervals";
+  const auto order = [](const std::vector<double>& scores) {
+    std::vector<std::size_t> at(scores.size());
+    std::iota(at.begin(), at.end(), std::size_t{0});
+    std::sort(at.begin(), at.end(), [&](auto i, auto j) { return scores[i] < scores[j]; });
+    return at;
+  };
+  EXPECT_EQ(order(b), order(a));
 }
 
 TEST(InsFitness, AppliesTheWeights) {

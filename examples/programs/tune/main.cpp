@@ -314,6 +314,10 @@ void add_options(CommandLine& app, Options& o) {
   weight("--weight-roll", w.roll, "weight of each degree of roll");
   weight("--weight-pitch", w.pitch, "weight of each degree of pitch");
   weight("--weight-heading,--weight-yaw", w.heading, "weight of each degree of heading");
+  app.add_flag(
+      "--covariance-every-step", o.fitness.covariance_every_step,
+      "propagate the covariance at every reading, not once between two epochs: three times "
+      "as long, scores differ by about a millionth");
   app.add_option("--kernel", o.fitness.kernel,
                  "avx512, avx2 or baseline; by default the widest supported");
   count("--cmaes", o.cmaes, 0,

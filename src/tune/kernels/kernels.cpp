@@ -7,6 +7,7 @@
 #include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 
+#include "tune/kernels/composed_steps.hpp"
 #include "tune/kernels/kernels.hpp"
 
 namespace wayfare::fitness_kernels::WAYFARE_ISA {
@@ -68,13 +69,21 @@ class Drive {
         imu_body_(rotation(problem.q_body_imu).inverse().cast<T>()),
         plane_(problem.anchors.front()),
         model_(plane_, noise_),
+        interval_(plane_, noise_, problem.nominal_dt_s),
         filter_(start(), covariance()) {
     model_.prepare(problem.nominal_dt_s);
     for (T& s : squares_) s = T(0);
   }
 
-  void run(double* rmse) {
-    for (const Step& s : problem_.steps) step(s);
+  void run(bool by_intervals, double* rmse) {
+    const Step* before = nullptr;
+    for (const Step& s : problem_.steps) {
+      if (by_intervals)
+        step_of_interval(s, before == nullptr || before->ends_interval);
+      else
+        step(s);
+      before = &s;
+    }
     for (int k = 0; k < kScores; ++k) {
       const T mean = squares_[k] / T(counts_[k] > 0 ? counts_[k] : 1);
       const T score = select(is_finite(mean), sqrt(mean), T(HUGE_VAL));
@@ -115,22 +124,37 @@ class Drive {
   void step(const Step& s) {
     if (s.plane != at_plane_) recentre(s.plane);
     filter_.predict(model_, s.imu);
-    add_vibration(s);
-    if (s.truth) score(*s.truth);
+    const Vector3 vibration = vibration_variance(s);
+    for (int i = 0; i < 3; ++i) filter_.add_variance(ins_state::kAttitude + i, vibration[i]);
+    if (s.truth) score(filter_.state(), *s.truth);
+    if (s.satellites > 0) update(s);
+  }
+
+  /// The same with one propagation of the covariance for each interval.
+  void step_of_interval(const Step& s, bool begins) {
+    if (begins) {
+      if (s.plane != at_plane_) recentre(s.plane);
+      interval_.begin(filter_.state());
+    }
+    interval_.add(s, vibration_variance(s));
+    if (s.truth) score(interval_.state(), *s.truth);
+    if (!s.ends_interval) return;
+    filter_.predict([this](const State& from) { return interval_.step(from); });
     if (s.satellites > 0) update(s);
   }
 
   /// As in the navigation system: the aliased fraction of the vibration is an error of each
   /// reading.
-  void add_vibration(const Step& s) {
+  [[nodiscard]] Vector3 vibration_variance(const Step& s) const {
     const double share = problem_.vibration_share * s.imu.dt_s;
-    if (share == 0.0) return;
+    Vector3 variance = Vector3::Constant(T(0));
+    if (share == 0.0) return variance;
     for (int i = 0; i < 3; ++i) {
       const T white = noise_.gyro_white[i];
       const T more = T(s.vibration[i]) - T(2.0 / s.imu.dt_s) * white * white;
-      filter_.add_variance(ins_state::kAttitude + i,
-                           T(share * share) * select(more > T(0), more, T(0)));
+      variance[i] = T(share * share) * select(more > T(0), more, T(0));
     }
+    return variance;
   }
 
   void update(const Step& s) {
@@ -154,8 +178,7 @@ class Drive {
     }
   }
 
-  void score(const Truth& truth) {
-    const State& x = filter_.state();
+  void score(const State& x, const Truth& truth) {
     for (int i = 0; i < 3; ++i) {
       const T e = x.position_m[i] - T(truth.offset_m[i]);
       squares_[i] += e * e;
@@ -199,13 +222,27 @@ class Drive {
   LocalTangentPlane plane_;
   std::size_t at_plane_ = 0;
   InsModel<T, 0> model_;
+  ComposedSteps<T> interval_;
   Filter filter_;
   T squares_[kScores];
   double counts_[kScores] = {};
 };
 
+/// Shorter correlation times are not resolved by the nodes of an interval.
+constexpr double kShortestTau_s = 2.0;
+
 void evaluate(const Problem& problem, const double* genes, double* rmse) {
-  Drive(problem, Individuals(genes)).run(rmse);
+  const Individuals individuals(genes);
+  const InsNoise<T> noise = individuals.noise();
+  MaskOf<T> slow = problem.by_intervals;
+  for (const T& tau : noise.tau_s) slow = slow && tau > T(kShortestTau_s);
+  if (any(slow)) Drive(problem, individuals).run(true, rmse);
+  if (all(slow)) return;
+  double each[kScores * kLanes];
+  Drive(problem, individuals).run(false, each);
+  for (int k = 0; k < kScores; ++k)
+    for (int i = 0; i < kLanes; ++i)
+      if (!slow[i]) rmse[k * kLanes + i] = each[k * kLanes + i];
 }
 
 }  // namespace

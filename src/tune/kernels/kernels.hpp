@@ -19,7 +19,8 @@
 namespace wayfare::fitness_kernels {
 
 inline constexpr int kGenes = 33;
-inline constexpr int kScores = 6;  ///< north, east, down (m), roll, pitch, yaw (rad)
+inline constexpr std::size_t kMostPanels = 10;  ///< of an interval
+inline constexpr int kScores = 6;               ///< north, east, down (m), roll, pitch, yaw (rad)
 
 using Quaternion = std::array<double, 4>;  ///< w x y z
 
@@ -37,6 +38,11 @@ struct Step {
   std::size_t first_satellite, satellites;
   std::size_t plane;           ///< index of the anchor its positions are on
   std::optional<Truth> truth;  ///< none: not scored here
+  /// The covariance is propagated by intervals of steps, the noise of a step at three nodes of its
+  /// interval in these shares; a node ends each panel.
+  std::size_t first_node;
+  std::array<double, 3> shares;
+  bool ends_panel, ends_interval;
 };
 static_assert(alignof(Step) == alignof(double) && alignof(CorrectedRange) == alignof(double));
 
@@ -51,6 +57,7 @@ struct Problem {
   double clock_bias_m, clock_drift_mps, clock_sigma_m, clock_drift_sigma_mps;
   Eigen::Vector3d lever_imu_m;
   double gate_sigma, vibration_share;
+  bool by_intervals;  ///< else the covariance is propagated at every step
 };
 
 struct Kernel {
