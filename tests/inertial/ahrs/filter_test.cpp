@@ -67,8 +67,8 @@ Matrix jacobian(const Nominal& x, Step step) {
 }
 
 template <class T>
-class AhrsAttitude : public testing::Test {};
-using Scalars = testing::Types<float, double>;
+class AhrsAttitude : public ::testing::Test {};
+using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(AhrsAttitude, Scalars);
 
 TYPED_TEST(AhrsAttitude, SmallTurnIsTheExponential) {
