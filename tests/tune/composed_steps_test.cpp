@@ -145,24 +145,29 @@ TEST(ComposedSteps, AgreeForLargeNoise) {
     }
 }
 
+// A parabola through three nodes is exact for 1, t and t².
 TEST(ComposedSteps, SharesOfNoiseAreThoseOfAParabola) {
   const Drive drive(100, true);
-  std::vector<double> nodes{0.0};
-  double t = 0.0, shares = 0.0;
-  std::size_t steps = 0;
-  for (const Step& s : drive.steps) {
-    t += s.imu.dt_s;
-    shares += s.shares[0] + s.shares[1] + s.shares[2];
-    ++steps;
-    if (s.ends_panel) nodes.push_back(t);
-    if (!s.ends_interval) continue;
-    EXPECT_LE(nodes.size(), kMostPanels + 1);
-    EXPECT_EQ(nodes.size() % 2, 1u);
-    EXPECT_NEAR(shares, static_cast<double>(steps), 1e-9);
+  std::vector<double> nodes{0.0}, ends_s;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < drive.steps.size(); ++i) {
+    ends_s.push_back((ends_s.empty() ? 0.0 : ends_s.back()) + drive.steps[i].imu.dt_s);
+    if (drive.steps[i].ends_panel) nodes.push_back(ends_s.back());
+    if (!drive.steps[i].ends_interval) continue;
+    ASSERT_LE(nodes.size(), kMostPanels + 1);
+    for (std::size_t j = first; nodes.size() > 2 && j <= i; ++j)
+      for (int power = 0; power < 3; ++power) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < 3; ++k)
+          sum +=
+              drive.steps[j].shares[k] * std::pow(nodes.at(drive.steps[j].first_node + k), power);
+        EXPECT_NEAR(sum, std::pow(ends_s[j - first], power), 1e-12);
+      }
+    first = i + 1;
     nodes = {0.0};
-    t = shares = 0.0;
-    steps = 0;
+    ends_s.clear();
   }
+  EXPECT_EQ(first, drive.steps.size());
 }
 
 }  // namespace

@@ -16,49 +16,13 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/filter/gauss_markov.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 
+#include "tune/kernels/interval_jacobian.hpp"
 #include "tune/kernels/kernels.hpp"
 
 namespace wayfare::fitness_kernels {
-
-/// Errors after an interval from those at its beginning, as those of a Coupling.
-template <class T>
-struct IntervalJacobian {
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  using Matrix3 = Eigen::Matrix<T, 3, 3>;
-
-  Matrix3 position_velocity, position_attitude, velocity_velocity, velocity_attitude,
-      attitude_attitude;
-  /// By the errors of InsNoise in its order; attitude: by the two of the gyro.
-  std::array<Matrix3, 4> position_sensor, velocity_sensor;
-  std::array<Matrix3, 2> attitude_sensor;
-
-  [[nodiscard]] std::tuple<Vector3, Vector3, Vector3> operator()(
-      const Vector3& position, const Vector3& velocity, const Vector3& attitude,
-      const Vector3& gyro_bias, const Vector3& accel_bias, const Vector3& gyro_scale,
-      const Vector3& accel_scale) const {
-    const auto of_sensors = [&](const std::array<Matrix3, 4>& m, int i) {
-      return (row(m[0], i, gyro_bias) + row(m[1], i, accel_bias)) +
-             (row(m[2], i, gyro_scale) + row(m[3], i, accel_scale));
-    };
-    Vector3 p, v, a;
-    for (int i = 0; i < 3; ++i) {
-      p[i] = position[i] + row(position_velocity, i, velocity) +
-             row(position_attitude, i, attitude) + of_sensors(position_sensor, i);
-      v[i] = row(velocity_velocity, i, velocity) + row(velocity_attitude, i, attitude) +
-             of_sensors(velocity_sensor, i);
-      a[i] = row(attitude_attitude, i, attitude) + row(attitude_sensor[0], i, gyro_bias) +
-             row(attitude_sensor[1], i, gyro_scale);
-    }
-    return {p, v, a};
-  }
-
- private:
-  static T row(const Matrix3& m, int i, const Vector3& v) {
-    return m(i, 0) * v[0] + m(i, 1) * v[1] + m(i, 2) * v[2];
-  }
-};
 
 /// Moves a state by readings, and the covariance by all of them since the beginning of an interval.
 template <class T>
@@ -75,10 +39,9 @@ class ComposedSteps {
         gyro_variance_(noise.gyro_white.cwiseAbs2()),
         accel_variance_(noise.accel_white.cwiseAbs2()),
         nominal_dt_s_(nominal_dt_s),
-        decay_(decay(nominal_dt_s)) {
-    for (int i = 0; i < 12; ++i)
-      noise_rate_[i] =
-          noise.sigma[i] * noise.sigma[i] * decay_[i] * (T(2) - decay_[i]) / T(nominal_dt_s);
+        kept_(kept(nominal_dt_s)) {
+    for (int i = 0; i < kSensors; ++i)
+      noise_rate_[i] = sensor_error(i, nominal_dt_s).q / T(nominal_dt_s);
   }
 
   /// An interval begins at `x`.
@@ -132,8 +95,7 @@ class ComposedSteps {
          by_accel.cwiseProduct(force).cwiseProduct(left(3))},
         u.dt_s);
 
-    const Vector12 kept =
-        Vector12::Constant(T(1)) - (u.dt_s == nominal_dt_s_ ? decay_ : decay(u.dt_s));
+    const Vector12 kept = u.dt_s == nominal_dt_s_ ? kept_ : this->kept(u.dt_s);
     x_.gyro_bias_radps.array() *= kept.template segment<3>(0).array();
     x_.accel_bias_mps2.array() *= kept.template segment<3>(3).array();
     x_.gyro_scale.array() *= kept.template segment<3>(6).array();
@@ -263,10 +225,13 @@ class ComposedSteps {
         Eigen::Matrix<T, kMoved, kSensors>::Constant(T(0));
   };
 
-  [[nodiscard]] Vector12 decay(double dt_s) const {
-    Vector12 d;
-    for (int i = 0; i < 12; ++i) d[i] = detail::one_minus_exp_of_minus(T(dt_s) / noise_.tau_s[i]);
-    return d;
+  [[nodiscard]] ProcessStep1<T> sensor_error(int i, double dt_s) const {
+    return discretise_gauss_markov(noise_.sigma[i], noise_.tau_s[i], T(dt_s));
+  }
+  [[nodiscard]] Vector12 kept(double dt_s) const {
+    Vector12 factors;
+    for (int i = 0; i < kSensors; ++i) factors[i] = sensor_error(i, dt_s).phi;
+    return factors;
   }
   [[nodiscard]] static Matrix3 cross(const Vector3& v, const Matrix3& m) {
     Matrix3 r;
@@ -366,7 +331,7 @@ class ComposedSteps {
       accel << T(s) * f + T(0.5 * s) * turned, f + turned;
       add_product(accel, T(node.noise_s) * accel_variance_[j], q);
     }
-    for (int i = 0; i < 12; ++i) {
+    for (int i = 0; i < kSensors; ++i) {
       const auto b = static_cast<std::size_t>(i / 3);
       const int j = i % 3;
       // A unit at the node is 1/left of what a unit at the beginning has left there. The noise of a
@@ -404,8 +369,8 @@ class ComposedSteps {
   InsNoise<T> noise_;
   Vector3 gyro_variance_, accel_variance_;  ///< of a second
   double nominal_dt_s_;
-  Vector12 decay_, noise_rate_;  ///< of sensor errors, in a nominal step and a second
-  EarthAt<T> earth_;             ///< at the latest node
+  Vector12 kept_, noise_rate_;  ///< of sensor errors, in a nominal step and a second
+  EarthAt<T> earth_;            ///< at the latest node
   State x_;
   Sums now_;
   Matrix3 turned_, turned_s_;  ///< a velocity error at the beginning, and its integral
