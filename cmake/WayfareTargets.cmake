@@ -14,6 +14,12 @@ function(wayfare_precompile target kind)
   if(NOT WAYFARE_FAST_BUILD OR NOT PROJECT_IS_TOP_LEVEL)
     return()
   endif()
+  # The headers of all programs include those of libraries that some do not link.
+  set(definitions "")
+  if(kind MATCHES "^(library|programs)$")
+    set(definitions WAYFARE_LIBRARY)
+  endif()
+  target_compile_definitions(${target} PRIVATE ${definitions})
   if(NOT TARGET wayfare_precompiled_${kind})
     file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled_${kind}.cpp" CONTENT "")
     add_library(wayfare_precompiled_${kind} OBJECT "${PROJECT_BINARY_DIR}/precompiled_${kind}.cpp")
@@ -28,6 +34,7 @@ function(wayfare_precompile target kind)
       list(APPEND ARGN <wayfare/motion.hpp> <wayfare/eval.hpp> <wayfare/io.hpp>)
     endif()
     wayfare_warnings(wayfare_precompiled_${kind})
+    target_compile_definitions(wayfare_precompiled_${kind} PRIVATE ${definitions})
     target_compile_options(wayfare_precompiled_${kind} PRIVATE ${options})
     wayfare_precompiled_options(wayfare_precompiled_${kind})
     if(NOT kind STREQUAL "library")  # which others link without these headers
@@ -108,7 +115,8 @@ endfunction()
 
 # wayfare_component(NAME [INTERFACE] [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): target wayfare_NAME,
 # alias wayfare::NAME, linked to WAYFARE_USES, the components src/CMakeLists.txt says it uses. PUBLIC
-# and PRIVATE are foreign libraries; a header-only component is INTERFACE.
+# and PRIVATE are foreign libraries; a header-only component is INTERFACE. Of WAYFARE_LIBRARY see
+# core/detail/eigen_alignment.hpp.
 function(wayfare_component name)
   cmake_parse_arguments(ARG "INTERFACE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target wayfare_${name})
@@ -120,6 +128,7 @@ function(wayfare_component name)
     set(scope PUBLIC)
     wayfare_warnings(${target})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_definitions(${target} PRIVATE WAYFARE_LIBRARY)
     target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/src")
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
     wayfare_unite(${target})
@@ -159,7 +168,7 @@ function(wayfare_kernels name folder)
     wayfare_warnings(${target})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_compile_features(${target} PRIVATE cxx_std_20)
-    target_compile_definitions(${target} PRIVATE WAYFARE_ISA=${isa})
+    target_compile_definitions(${target} PRIVATE WAYFARE_LIBRARY WAYFARE_ISA=${isa})
     target_compile_options(${target} PRIVATE -O3 -fno-lto -ffp-contract=off ${ARGN} ${options_${isa}}
                                              $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
     target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/src")

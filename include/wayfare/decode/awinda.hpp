@@ -19,6 +19,7 @@
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
 

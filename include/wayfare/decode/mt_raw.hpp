@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
 
 namespace wayfare::decode {

@@ -15,6 +15,7 @@
 #include <span>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/detail/rplidar_capsules.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/ti_header.hpp>
 #include <wayfare/sensors/scans.hpp>

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {

@@ -24,6 +24,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/jacobian.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/graph/robust_kernel.hpp>

@@ -21,6 +21,7 @@
 #include <Eigen/SparseCore>
 
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/detail/owned.hpp>
 
 namespace wayfare {

@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 
 namespace wayfare {
 

@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/sensors/measurements.hpp>

@@ -17,6 +17,8 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
+
 namespace wayfare {
 
 /// A first-order Gauss-Markov process per axis, ṅ = −n/τ + √(2σ²/τ) w: stationary standard

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/se3.hpp>

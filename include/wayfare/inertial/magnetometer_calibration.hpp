@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/result.hpp>
 
 namespace wayfare {

@@ -28,6 +28,7 @@
 #include <string_view>
 #include <vector>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/sensors/recording.hpp>

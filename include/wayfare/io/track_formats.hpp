@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/eval/relations.hpp>

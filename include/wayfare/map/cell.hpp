@@ -12,6 +12,8 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
+
 namespace wayfare {
 
 /// A square of the grid: cell (i, j) is [i, i+1) × [j, j+1) times the resolution, in map axes. The

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/sensors/point_set.hpp>
 

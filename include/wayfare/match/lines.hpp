@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/match/detail/beams.hpp>
 #include <wayfare/sensors/scans.hpp>

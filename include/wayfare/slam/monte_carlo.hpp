@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/time.hpp>
 

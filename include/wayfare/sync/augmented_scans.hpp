@@ -14,6 +14,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/time.hpp>

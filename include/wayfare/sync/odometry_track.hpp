@@ -9,6 +9,7 @@
 #include <span>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/trajectory.hpp>

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include <wayfare/core/detail/eigen_alignment.hpp>
 #include <wayfare/motion/radar_velocity.hpp>
 #include <wayfare/sensors/recording.hpp>
 
