@@ -38,6 +38,14 @@ def demo(run):
     run.steps([Step("programs and demo", ["sh", "-c", "./run programs && ./run demo"], inputs, timeout_s=3300, verdict=last_line)])
 
 
+def gcc(run):
+    """Debian's default compiler by CMake's defaults: what it warns of depends on what it inlines into what."""
+    builds.configure(run, "-DCMAKE_CXX_COMPILER=g++", "-DWAYFARE_BUILD_TESTS=OFF", "-DWAYFARE_BUILD_BENCHMARKS=OFF")
+    builds.build(run)
+    run.steps([Step(program.name, [program, "--help"], digest_of_file(program), timeout_s=60)
+               for program in sorted((run.folder / "bin").iterdir()) if program.suffix == "" and program.is_file()])
+
+
 def run_tests(run, select="."):
     builds.test(run, built_tests(run), select=select, jobs=run.jobs + 1)
 
@@ -201,6 +209,8 @@ ALL = (
          "exceptions and RTTI, conversion and shadow warnings", CODE, headers.check, ("clang++", "g++"), "clang g++"),
     Gate("tests", "Clang build and all tests", TREE, tests, ("clang++", "cmake"), "clang cmake"),
     Gate("demo", "all programs built by GCC with optimisation, the demo", TREE, demo, ("g++", "cmake"), "g++ cmake"),
+    Gate("gcc", "libraries and programs by GCC with optimisation, each unit by itself", CODE + ("benchmarks/accuracy", "examples"),
+         gcc, ("g++", "cmake"), "g++ cmake"),
     Gate("documents", "API pages without warnings; programs, options and figures of the documents", TREE,
          documents, ("doxygen",), "doxygen"),
     Gate("consumers", "a consumer's project with every subset of the optional packages",
