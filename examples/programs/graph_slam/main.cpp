@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -62,11 +61,7 @@ Result<LogRun> run(GraphSlamOptions options, const StateFiles& files, const Reco
   const GraphSlamStatistics& s = slam->statistics;
   Facts facts = {{"graph", size_of(slam->graph)},
                  {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)}};
-  const Facts pieces = piece_facts(s);
-  facts.insert(facts.end(), pieces.begin(), pieces.end());
-  LogRun result = log_run(*slam, std::move(facts), slam->graph);
-  result.doubt = piece_doubt(s, slam->crossings, s.scans);
-  return result;
+  return log_run_of_pieces(*slam, std::move(facts));
 }
 
 }  // namespace

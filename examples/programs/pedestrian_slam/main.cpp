@@ -12,7 +12,6 @@
 #include "pedestrian_slam/walker_options.hpp"
 #include "support/command_line.hpp"
 #include "support/option_fields.hpp"
-#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -57,10 +56,7 @@ Result<LogRun> run(PedestrianSlamOptions options, const Unit& unit, const Record
       {"submaps", std::to_string(s.submaps) + " of " + std::to_string(s.nodes) + " scans"},
       {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)},
       {"steps' scale", eval::fixed(walk->step_scale, 3)}};
-  const Facts pieces = piece_facts(s);
-  facts.insert(facts.end(), pieces.begin(), pieces.end());
-  LogRun result = log_run(slam, std::move(facts), slam.graph);
-  result.doubt = piece_doubt(s, slam.crossings, s.scans);
+  LogRun result = log_run_of_pieces(slam, std::move(facts));
   result.others = {{"dead reckoning", kDeadReckoning, std::move(walk->dead_reckoning)}};
   return result;
 }

@@ -9,7 +9,6 @@
 #include <wayfare/slam/submap_slam.hpp>
 
 #include "support/option_fields.hpp"
-#include "support/slam_doubt.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -32,11 +31,7 @@ Result<LogRun> run(SubmapSlamOptions options, const StateFiles& files, const Rec
       {"graph", size_of(slam->graph)},
       {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)},
       {"memory", eval::fixed(mebibytes, 1) + " MiB"}};
-  const Facts pieces = piece_facts(s);
-  facts.insert(facts.end(), pieces.begin(), pieces.end());
-  LogRun result = log_run(*slam, std::move(facts), slam->graph);
-  result.doubt = piece_doubt(s, slam->crossings, s.scans);
-  return result;
+  return log_run_of_pieces(*slam, std::move(facts));
 }
 
 }  // namespace

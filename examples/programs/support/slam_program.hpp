@@ -22,6 +22,7 @@
 #include "option_fields.hpp"
 #include "progress_line.hpp"
 #include "ros_topics.hpp"
+#include "slam_doubt.hpp"
 #include "slam_outputs.hpp"
 
 namespace wayfare::examples {
@@ -132,6 +133,16 @@ template <class Run>
           std::move(facts),
           slam.refused_scans,
           std::move(slam.first_refusal)};
+}
+/// The same of a trajectory that may be in several pieces, and whether it is in doubt.
+template <class Run>
+[[nodiscard]] LogRun log_run_of_pieces(Run& slam, Facts facts) {
+  const auto& statistics = slam.statistics;
+  const Facts pieces = piece_facts(statistics);
+  facts.insert(facts.end(), pieces.begin(), pieces.end());
+  LogRun result = log_run(slam, std::move(facts), slam.graph);
+  result.doubt = piece_doubt(statistics, slam.crossings, statistics.scans);
+  return result;
 }
 
 struct LogProgram {

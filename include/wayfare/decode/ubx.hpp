@@ -8,14 +8,13 @@
 //
 // The contents of messages: <wayfare/decode/ubx_messages.hpp>.
 
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/decode/detail/running_sums.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 
 namespace wayfare::decode {
@@ -52,12 +51,14 @@ namespace detail {
 struct Fletcher8 {
   std::uint8_t a = 0, b = 0;
 };
+[[nodiscard]] inline Fletcher8 with_byte(Fletcher8 sum, std::uint8_t byte) {
+  sum.a = static_cast<std::uint8_t>(sum.a + byte);
+  sum.b = static_cast<std::uint8_t>(sum.b + sum.a);
+  return sum;
+}
 [[nodiscard]] inline Fletcher8 fletcher_sum(Bytes bytes) {
   Fletcher8 sum;
-  for (const std::uint8_t byte : bytes) {
-    sum.a = static_cast<std::uint8_t>(sum.a + byte);
-    sum.b = static_cast<std::uint8_t>(sum.b + sum.a);
-  }
+  for (const std::uint8_t byte : bytes) sum = with_byte(sum, byte);
   return sum;
 }
 
@@ -122,41 +123,26 @@ class BasicUbxFraming {
   [[nodiscard]] std::uint64_t examined() const { return examined_; }
 
  private:
-  /// Σ of all bytes before a position since the search began, and Σ of these sums, modulo 256.
-  struct Sums {
-    std::uint8_t a, b;
-  };
-
   bool checksum_matches(Bytes b, std::uint64_t position) {
-    if (summed_ <= position) {
+    if (!sums_.contain(position)) {
       examined_ += b.size();
       const detail::Fletcher8 sum = detail::fletcher_sum(b.subspan(2, b.size() - 4));
       if (b[b.size() - 2] == sum.a && b[b.size() - 1] == sum.b) return true;
-      summed_ = position;
-      at(position) = {0, 0};
+      sums_.start(position);
     }
-    for (; summed_ < position + b.size(); ++summed_, ++examined_) {
-      const Sums before = at(summed_);
-      const auto a =
-          static_cast<std::uint8_t>(before.a + b[static_cast<std::size_t>(summed_ - position)]);
-      at(summed_ + 1) = {a, static_cast<std::uint8_t>(before.b + a)};
-    }
+    examined_ += sums_.extend(position, b, detail::with_byte);
     // The checksum is over n bytes from `first` on: a = A(end) − A(first), and each of its partial
     // sums is A(k) − A(first), so that b = B(end) − B(first) − n A(first).
     const std::size_t n = b.size() - 4;
-    const Sums first = at(position + 2), end = at(position + 2 + n);
+    const detail::Fletcher8 first = sums_.before(position + 2),
+                            end = sums_.before(position + 2 + n);
     const auto a = static_cast<std::uint8_t>(end.a - first.a);
     const auto sum =
         static_cast<std::uint8_t>(end.b - first.b - static_cast<unsigned>(n) * first.a);
     return b[b.size() - 2] == a && b[b.size() - 1] == sum;
   }
 
-  Sums& at(std::uint64_t position) {
-    return sums_[static_cast<std::size_t>(position % sums_.size())];
-  }
-
-  std::array<Sums, std::bit_ceil(kCapacity + 1)> sums_;  // NOLINT: set before it is used
-  std::uint64_t summed_ = 0;                             ///< sums are valid up to here
+  detail::RunningSums<detail::Fletcher8, kCapacity> sums_;
   std::uint64_t examined_ = 0;
 };
 

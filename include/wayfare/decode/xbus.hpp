@@ -5,14 +5,13 @@
 // MT0101P). FA also occurs in data.
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/decode/detail/running_sums.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 
 namespace wayfare::decode {
@@ -137,25 +136,18 @@ class BasicXbusFraming {
 
  private:
   bool checksum_matches(Bytes b, std::uint64_t position) {
-    if (summed_ <= position) {
+    if (!sums_.contain(position)) {
       examined_ += b.size();
       if (byte_sum(b.subspan(1)) == 0) return true;
-      summed_ = position;
-      at(position) = 0;
+      sums_.start(position);
     }
-    for (; summed_ < position + b.size(); ++summed_, ++examined_)
-      at(summed_ + 1) =
-          static_cast<std::uint8_t>(at(summed_) + b[static_cast<std::size_t>(summed_ - position)]);
-    return at(position + b.size()) == at(position + 1);
+    examined_ += sums_.extend(position, b, [](std::uint8_t sum, std::uint8_t byte) {
+      return static_cast<std::uint8_t>(sum + byte);
+    });
+    return sums_.before(position + b.size()) == sums_.before(position + 1);
   }
 
-  /// The sum of all bytes before `position` since the search began.
-  std::uint8_t& at(std::uint64_t position) {
-    return sums_[static_cast<std::size_t>(position % sums_.size())];
-  }
-
-  std::array<std::uint8_t, std::bit_ceil(kCapacity + 1)> sums_;  // NOLINT: set before it is used
-  std::uint64_t summed_ = 0;                                     ///< sums are valid up to here
+  detail::RunningSums<std::uint8_t, kCapacity> sums_;
   std::uint64_t examined_ = 0;
 };
 
