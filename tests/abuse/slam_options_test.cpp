@@ -62,6 +62,7 @@ void add_submap(std::vector<Setting<Options>>& all, Part part) {
   all.push_back({"loop gap", [=](O& o, double v) { part(o).loop_gap_travel_m = v; }});
   all.push_back({"loop overlap", [=](O& o, double v) { part(o).loop_overlap_m = v; }});
   all.push_back({"loop reach", [=](O& o, double v) { part(o).loop_reach_m = v; }});
+  all.push_back({"loop cell", [=](O& o, double v) { part(o).loop_cell_m = v; }});
   all.push_back({"loop sigma", [=](O& o, double v) { part(o).loop_sigma_m = v; }});
   all.push_back(
       {"loop scores", [=](O& o, double v) { part(o).loop_score = part(o).wide_loop_score = v; }});

@@ -86,6 +86,36 @@ TEST(SubmapSlam, SameBytesForAnyNumberOfThreads) {
   }
 }
 
+// Tables are dropped and made again, more than are kept in a single search: only the time differs.
+TEST(SubmapSlam, SameBytesForAnyNumberOfTables) {
+  const auto run = simulate(kRing, slipping_robot(), 2);
+  std::vector<std::uint8_t> few;
+  for (const int tables : {1, 2, 5, 100}) {
+    SubmapSlamOptions options = small_submaps();
+    options.tables_kept = tables;
+    options.threads = tables == 2 ? 3 : 1;
+    options.T_base_laser = run.recording.T_base_laser;
+    SubmapSlam slam(options);
+    ASSERT_TRUE(feed(slam, run.recording, 0, run.recording.scans.size()));
+    ASSERT_TRUE(slam.finish());
+    const auto bytes = slam.save();
+    if (few.empty()) few = bytes;
+    ASSERT_EQ(bytes, few) << tables << " tables";
+  }
+}
+
+// Fields whose kernel reaches too many cells are refused by the programs; here no loop is found.
+TEST(SubmapSlam, SearchesInCellsOfAnySize) {
+  const auto run = simulate(kRing, slipping_robot(), 1);
+  for (const double cell_m : {0.05, 0.075, 0.15, 1e-6}) {
+    SubmapSlamOptions options = small_submaps();
+    options.loop_cell_m = cell_m;
+    const auto slam = run_submap_slam(run.recording, options);
+    ASSERT_TRUE(slam) << slam.error().to_string();
+    EXPECT_EQ(slam->statistics.loop_closures > 5U, cell_m > 1e-3) << cell_m;
+  }
+}
+
 // A running search is waited for before its data is destroyed.
 TEST(SubmapSlam, MayBeDestroyedDuringASearch) {
   const auto run = simulate(kRing, slipping_robot(), 1);

@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
        "Also writes dead_reckoning.tum: the odometry, with the map's corrections so far.",
        submap_slam_fields(options.slam),
        std::bind_front(run, std::cref(options), std::cref(unit)),
-       [&] { return check_grid(options.slam.grid); },
+       [&] { return check_submap_slam(options.slam); },
        [&](CommandLine& app) {
          unit.add_options(app);
          app.example("walk.log --unit unit.csv --height 1.75 --length frequency --out walk",

@@ -25,6 +25,8 @@ int main(int argc, char** argv) {
     const bool by_map = !walker.no_feedback && !walker.no_heading;
     a.node.magnetometer = !walker.no_magnetometer && !by_map;
     if (auto ok = walker.apply(a.node.walker); !ok) return ok;
-    return examples::complete(a, examples::submap_slam_fields(a.node.slam), a.node.slam.grid);
+    const auto ok =
+        examples::complete(a, examples::submap_slam_fields(a.node.slam), a.node.slam.grid);
+    return ok ? examples::check_submap_slam(a.node.slam) : ok;
   });
 }

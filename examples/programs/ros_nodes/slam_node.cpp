@@ -40,7 +40,9 @@ Result<void> complete(Arguments& a) {
                                                                    : 30;
   if (a.radar.size() == 3)
     a.node.T_base_radar = Transform2<frame::Base, frame::Radar>(examples::pose_of(a.radar));
-  return examples::complete(a, examples::submap_slam_fields(a.node.slam), a.node.slam.grid);
+  const auto ok =
+      examples::complete(a, examples::submap_slam_fields(a.node.slam), a.node.slam.grid);
+  return ok ? examples::check_submap_slam(a.node.slam) : ok;
 }
 
 }  // namespace

@@ -44,6 +44,6 @@ int main(int argc, char** argv) {
       {"submap_slam", "submap SLAM",
        "Estimate trajectory and map from a recorded robot log by submap SLAM with loop closure.",
        submap_slam_fields(options), std::bind_front(run, std::cref(options), std::cref(files)),
-       [&] { return check_grid(options.grid); },
+       [&] { return check_submap_slam(options); },
        [&](CommandLine& app) { files.add_options(app); }});
 }

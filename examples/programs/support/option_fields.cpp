@@ -88,6 +88,7 @@ std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& o) {
           option_field("loop_reach_m", o.loop_reach_m),
           option_field("loop_context_nodes", o.loop_context_nodes),
           option_field("loops_per_search", o.loops_per_search),
+          option_field("loop_cell_m", o.loop_cell_m),
           option_field("loop_sigma_m", o.loop_sigma_m),
           option_field("loop_score", o.loop_score),
           option_field("wide_loop_score", o.wide_loop_score),
@@ -105,6 +106,14 @@ Result<void> check_grid(const MultiResolutionOptions& grid) {
       grid.unknown_probability <= 1)
     return {};
   return Error{ErrorCode::parse, "at most 8 levels are allowed, and probabilities below 1"};
+}
+
+/// Also of the fields that loops are searched in: see LikelihoodFieldOptions for their kernel.
+Result<void> check_submap_slam(const SubmapSlamOptions& o) {
+  constexpr double kMostCells = 16.0;  // 30 at the kernel's end
+  if (auto ok = check_grid(o.grid); !ok) return ok;
+  if (o.loop_sigma_m <= kMostCells * std::min(o.loop_cell_m, o.grid.finest.resolution_m)) return {};
+  return Error{ErrorCode::parse, "loop_sigma_m may be at most 16 cells, of loop_cell_m and cell_m"};
 }
 
 }  // namespace wayfare::examples

@@ -38,5 +38,6 @@ Result<void> read_option_fields(const std::string& path, const std::vector<Optio
 
 /// Conditions beyond the range of each field.
 [[nodiscard]] Result<void> check_grid(const MultiResolutionOptions& grid);
+[[nodiscard]] Result<void> check_submap_slam(const SubmapSlamOptions& options);
 
 }  // namespace wayfare::examples

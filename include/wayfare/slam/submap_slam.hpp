@@ -75,7 +75,8 @@ struct SubmapSlamOptions {
   double loop_reach_m = 6.0;        ///< upper limit of the search radius
   int loop_context_nodes = 8;       ///< nodes before the latest that are matched together with it
   int loops_per_search = 5;         ///< submaps matched for one node, the nearest
-  double loop_sigma_m = 0.10;       ///< blur of the field searched
+  double loop_cell_m = 0.05;        ///< cells of the field searched; larger: faster, less memory
+  double loop_sigma_m = 0.10;       ///< blur of that field
   double loop_score = 0.60;         ///< least score of a narrow search (below 1 m) …
   double wide_loop_score = 0.68;    ///< … and of a wide one, where false maxima are likelier
   double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more robust

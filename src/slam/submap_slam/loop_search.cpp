@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include <Eigen/LU>
 
@@ -49,20 +50,39 @@ const Loops& LoopSearch::result() {
   return found_;
 }
 
+/// The finished submaps of an earlier visit so near to the latest node that, at the largest
+/// uncertainty searched, they may share a view: no other is a candidate, at any uncertainty.
+std::vector<std::pair<double, const Submap*>> LoopSearch::near(const SubmapGraph& map) const {
+  std::vector<std::pair<double, const Submap*>> result;
+  const double travel_m = map.nodes.back().travel_m;
+  for (const Submap& s : map.submaps) {
+    if (!s.finished || travel_m - map.node(s.last).travel_m < options_.loop_gap_travel_m) continue;
+    const double away = distance_m(map, s);
+    if (!(away - options_.loop_reach_m >= options_.loop_overlap_m)) result.emplace_back(away, &s);
+  }
+  return result;
+}
+
 /// The nearest submaps that may share a view with the latest node.
 std::vector<LoopSearch::Candidate> LoopSearch::candidates(const SubmapGraph& map) {
-  const SubmapNode& latest = map.nodes.back();
-  const PathUncertainty& known = uncertainty_from(
-      latest.pose, map.graph, loop_kernel(options_.loop_kernel_sigmas), uncertainty_);
-  std::vector<std::pair<double, const Submap*>> near;
-  for (const Submap& s : map.submaps) {
-    if (!s.finished || !known.reached(s.pose)) continue;
-    if (latest.travel_m - map.node(s.last).travel_m < options_.loop_gap_travel_m) continue;
-    const double away = distance_m(map, s);
-    const double reach = std::min(reach_m(known.covariance[static_cast<std::size_t>(s.pose)]),
+  auto near = this->near(map);
+  if (near.empty()) return {};
+  std::vector<bool> wanted(map.graph.poses.size());
+  for (const auto& [away, s] : near) wanted[static_cast<std::size_t>(s->pose)] = true;
+  const PathUncertainty& known =
+      uncertainty_from(map.nodes.back().pose, map.graph, loop_kernel(options_.loop_kernel_sigmas),
+                       uncertainty_, [&, left = near.size()](int pose) mutable {
+                         left -= wanted[static_cast<std::size_t>(pose)] ? 1 : 0;
+                         wanted[static_cast<std::size_t>(pose)] = false;
+                         return left == 0;
+                       });
+  std::erase_if(near, [&](const auto& candidate) {
+    const auto& [away, s] = candidate;
+    if (!known.reached(s->pose)) return true;
+    const double reach = std::min(reach_m(known.covariance[static_cast<std::size_t>(s->pose)]),
                                   options_.loop_reach_m);
-    if (away - reach < options_.loop_overlap_m) near.emplace_back(away, &s);
-  }
+    return !(away - reach < options_.loop_overlap_m);
+  });
   std::stable_sort(near.begin(), near.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   near.resize(std::min(near.size(), static_cast<std::size_t>(options_.loops_per_search)));
@@ -95,40 +115,54 @@ PointSet LoopSearch::context(const SubmapGraph& map, int first) const {
 }
 
 Loops LoopSearch::search(Query& query) {
-  for (Candidate& c : query.candidates) c.tables = tables(c);
+  find_tables(query.candidates);
   std::vector<LoopMatch> matches(query.candidates.size(), std::optional<PoseEdge<SE2d>>());
   parallel_for(matches.size(), options_.threads - 1,
                [&](std::size_t i) { matches[i] = match(query, query.candidates[i]); });
   return Loops(matches);
 }
 
-std::shared_ptr<const LoopSearch::Tables> LoopSearch::tables(const Candidate& c) {
-  const auto have = std::find_if(cache_.begin(), cache_.end(),
-                                 [&](const auto& entry) { return entry.first == c.submap.id; });
-  if (have != cache_.end()) {
+/// Those in the cache first, so that none of them is dropped for another of the same search.
+void LoopSearch::find_tables(std::vector<Candidate>& candidates) {
+  for (Candidate& c : candidates) {
+    const auto have = std::ranges::find(cache_, c.submap.id, &Cache::value_type::first);
+    if (have == cache_.end()) continue;
     cache_.splice(cache_.begin(), cache_, have);
-  } else {
-    cache_.emplace_front(c.submap.id, make_tables(c));
-    const auto most = static_cast<std::size_t>(std::max(options_.tables_kept, 1));
-    if (cache_.size() > most) cache_.pop_back();
+    c.tables = have->second;
   }
-  return cache_.front().second;
+  const auto most = static_cast<std::size_t>(std::max(options_.tables_kept, 1));
+  for (Candidate& c : candidates) {
+    if (c.tables) continue;
+    if (cache_.size() >= most) cache_.pop_back();
+    c.tables = make_tables(c);
+    cache_.emplace_front(c.submap.id, c.tables);
+  }
 }
 
-std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidate& c) const {
+/// The scans of a candidate's submap, in its frame.
+class LoopSearch::Scans {
+ public:
+  explicit Scans(const Candidate& c) {
+    points_.reserve(c.scans.size());
+    for (const auto& [index, pose, packed] : c.scans) {
+      points_.push_back(packed->unpacked());
+      placed_.push_back({&points_.back(), pose});
+    }
+  }
+  [[nodiscard]] std::span<const PlacedPoints> placed() const { return placed_; }
+
+ private:
+  std::vector<PointSet> points_;
+  std::vector<PlacedPoints> placed_;
+};
+
+std::shared_ptr<LoopSearch::Tables> LoopSearch::make_tables(const Candidate& c) const {
   constexpr double kOutlierProbability = 0.2;
   const auto made = std::make_shared<Tables>();
-  std::vector<PointSet> points;
-  std::vector<PlacedPoints> placed;
-  points.reserve(c.scans.size());
-  for (const auto& [index, pose, packed] : c.scans) {
-    points.push_back(packed->unpacked());
-    placed.push_back({&points.back(), pose});
-  }
   if (auto field = likelihood_field(
-          placed, {options_.grid.finest.resolution_m, options_.loop_sigma_m, kOutlierProbability}))
+          Scans(c).placed(), {options_.loop_cell_m, options_.loop_sigma_m, kOutlierProbability}))
     made->field.build(*std::move(field));
-  made->map = make_map_(placed);
+  made->field.release_workspace();
   return made;
 }
 
@@ -147,6 +181,7 @@ LoopMatch LoopSearch::match(const Query& query, const Candidate& c) const {
   options.covariance = true;
   options.min_score = options_.min_score;
   MatcherErrors errors;
+  if (!c.tables->map) c.tables->map = make_map_(Scans(c).placed());
   const auto near = match_in(*c.tables->map, query.points, (*found)->T_map_points,
                              {0.3, 0.3, Angle::degrees(6)}, options, errors);
   if (!near) return near.error();
@@ -176,7 +211,7 @@ std::size_t LoopSearch::Tables::bytes() const {
   };
   std::size_t sum = 3 * table(field.grid());  // itself, and the maxima of pairs
   for (int l = 0; l < PrecomputationGrids::kLevels; ++l) sum += field.level(l).table.size();
-  return sum + map->memory_bytes();
+  return map ? sum + map->memory_bytes() : sum;
 }
 
 std::size_t LoopSearch::memory_bytes() {

@@ -42,12 +42,14 @@ class LoopSearch {
   [[nodiscard]] std::size_t memory_bytes();
 
  private:
-  /// Search tables of a finished submap; made from its points when needed.
+  /// Search tables of a finished submap; made from its points when needed, the map where the search
+  /// has found something to refine: by the thread that matches this submap, as no other does.
   struct Tables {
     PrecomputationGrids field;
     std::unique_ptr<detail::MatchedMap> map;
     [[nodiscard]] std::size_t bytes() const;
   };
+  using Cache = std::list<std::pair<std::int64_t, std::shared_ptr<Tables>>>;  // by submap
   struct Candidate {
     Submap submap;
     struct Scan {
@@ -58,27 +60,28 @@ class LoopSearch {
     std::vector<Scan> scans;
     SE2d T_submap_node;
     Eigen::Matrix3d covariance;  // of T_submap_node
-    std::shared_ptr<const Tables> tables;
+    std::shared_ptr<Tables> tables;
   };
+  class Scans;
   struct Query {
     std::vector<Candidate> candidates;
     PointSet context, points;
     int pose = 0;  // of the latest node
   };
 
+  [[nodiscard]] std::vector<std::pair<double, const Submap*>> near(const SubmapGraph& map) const;
   [[nodiscard]] std::vector<Candidate> candidates(const SubmapGraph& map);
   [[nodiscard]] PointSet context(const SubmapGraph& map, int first) const;
   [[nodiscard]] Loops search(Query& query);
-  [[nodiscard]] std::shared_ptr<const Tables> tables(const Candidate& candidate);
-  [[nodiscard]] std::shared_ptr<const Tables> make_tables(const Candidate& candidate) const;
+  void find_tables(std::vector<Candidate>& candidates);
+  [[nodiscard]] std::shared_ptr<Tables> make_tables(const Candidate& candidate) const;
   [[nodiscard]] LoopMatch match(const Query& query, const Candidate& candidate) const;
 
   SubmapSlamOptions options_;
   MakeMap make_map_;
   PathUncertaintyFinder uncertainty_;
   Loops found_;
-  std::list<std::pair<std::int64_t, std::shared_ptr<const Tables>>>
-      cache_;                   // most recently used first
+  Cache cache_;                 // most recently used first
   std::future<Loops> running_;  // last: destroyed, and so waited for, before what it uses
 };
 

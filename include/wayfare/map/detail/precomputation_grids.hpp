@@ -33,6 +33,8 @@ class PrecomputationGrids {
 
   /// Takes ownership of the grid; reuses the memory of an earlier build.
   void build(LikelihoodField grid);
+  /// Frees what only another build() would use.
+  void release_workspace() { units_ = windows_ = row_ = {}; }
 
   /// The likelihood field of the cells.
   [[nodiscard]] const LikelihoodField& grid() const { return grid_; }
