@@ -83,13 +83,13 @@ MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
 /// `lay_rays(resolution_m)` puts the rays of the scan into the raster and returns their origin. All
 /// levels are checked before a cell of any of them changes.
 template <class LayRays>
-Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
+Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays, ScanRaster& raster) {
   std::vector<CellBox> changed;
   for (std::size_t i = 0; i < grids_.size(); ++i) {
     const auto from = lay_rays(grids_[i].resolution_m());
     if (!from) return from.error();
-    if (raster_.rays().empty()) continue;
-    const auto box = raster_.cover(*from);
+    if (raster.rays().empty()) continue;
+    const auto box = raster.cover(*from);
     if (!box) return box.error();
     if (auto ok = check_room(i, *box, from->cell()); !ok) return ok;
     changed.push_back(*box);
@@ -99,7 +99,7 @@ Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
   for (std::size_t i = 0; i < changed.size(); ++i) {
     const auto from = lay_rays(grids_[i].resolution_m());
     const ScanUpdate update = detail::update_of(options_.model);
-    if (auto ok = raster_.apply<OncePerScan>(grids_[i], *from, update); !ok) return ok;
+    if (auto ok = raster.apply<OncePerScan>(grids_[i], *from, update); !ok) return ok;
     ProbabilityGrid& table = tables_[i];
     const auto in_table = table.empty() ? std::nullopt : common_cells(changed[i], table.box());
     if (in_table) table.update(grids_[i], *in_table);
@@ -109,17 +109,22 @@ Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
 }
 
 Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserScan& scan) {
-  return insert_everywhere([&](double resolution_m) {
-    return detail::lay_rays<OncePerScan>(raster_, resolution_m, T_map_laser, scan, options_.model);
-  });
+  return insert_everywhere(
+      [&](double resolution_m) {
+        return detail::lay_rays<OncePerScan>(raster_, resolution_m, T_map_laser, scan,
+                                             options_.model);
+      },
+      raster_);
 }
 
 Result<void> MultiResolutionGrid::insert(const SE2d& T_map_points, const PointSet& points,
-                                         const Eigen::Vector2d& origin) {
-  return insert_everywhere([&](double resolution_m) {
-    return detail::lay_rays<OncePerScan>(raster_, resolution_m, T_map_points, points,
-                                         options_.model, origin);
-  });
+                                         const Eigen::Vector2d& origin, ScanRaster& raster) {
+  return insert_everywhere(
+      [&](double resolution_m) {
+        return detail::lay_rays<OncePerScan>(raster, resolution_m, T_map_points, points,
+                                             options_.model, origin);
+      },
+      raster);
 }
 
 std::size_t MultiResolutionGrid::memory_bytes() const {

@@ -87,7 +87,12 @@ class MultiResolutionGrid {
   Result<void> insert(const SE2d& T_map_laser, const LaserScan& scan);
   /// The same for end points of rays that begin at `origin`; see `insert_points`.
   Result<void> insert(const SE2d& T_map_points, const PointSet& points,
-                      const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
+                      const Eigen::Vector2d& origin = Eigen::Vector2d::Zero()) {
+    return insert(T_map_points, points, origin, raster_);
+  }
+  /// The same with scratch memory that several grids share.
+  Result<void> insert(const SE2d& T_map_points, const PointSet& points,
+                      const Eigen::Vector2d& origin, ScanRaster& raster);
   /// Moves the tables to a place of the map, where their reach is limited. Errors: a table would be
   /// too large; it then is empty.
   Result<void> focus(const Eigen::Vector2d& place_m);
@@ -103,7 +108,7 @@ class MultiResolutionGrid {
 
  private:
   template <class LayRays>
-  Result<void> insert_everywhere(const LayRays& lay_rays);
+  Result<void> insert_everywhere(const LayRays& lay_rays, ScanRaster& raster);
   [[nodiscard]] CellBox near(std::size_t level, const Cell& at, double more_m) const;
   [[nodiscard]] CellBox with_spare(std::size_t level, const CellBox& bounds, const Cell& at) const;
   [[nodiscard]] Result<void> check_room(std::size_t level, const CellBox& changed,

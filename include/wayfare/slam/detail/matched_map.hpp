@@ -115,11 +115,13 @@ template <ProbabilityMatcher M>
 class GridMap final : public GrowingMap {
  public:
   /// `origin`: of the scans' rays, in the points' axes.
-  GridMap(const M& matcher, const MultiResolutionOptions& options, const Eigen::Vector2d& origin)
-      : matcher_(matcher), grid_(options), origin_(origin) {}
+  /// `raster`: scratch memory that maps of one thread share.
+  GridMap(const M& matcher, const MultiResolutionOptions& options, const Eigen::Vector2d& origin,
+          std::shared_ptr<ScanRaster> raster)
+      : matcher_(matcher), grid_(options), origin_(origin), raster_(std::move(raster)) {}
 
   Result<void> add(const SE2d& T_map_points, const PointSet& points) override {
-    return grid_.insert(T_map_points, points, origin_);
+    return grid_.insert(T_map_points, points, origin_, *raster_);
   }
   Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
                                            const SearchWindow& window,
@@ -132,6 +134,7 @@ class GridMap final : public GrowingMap {
   M matcher_;
   MultiResolutionGrid grid_;
   Eigen::Vector2d origin_;
+  std::shared_ptr<ScanRaster> raster_;
 };
 
 /// The tables of grids to which somebody else adds the scans.
@@ -153,30 +156,36 @@ class GridView final : public GrowingMap {
   const MultiResolutionGrid* grid_;
 };
 
-/// One table, of the finest grid of `scans`; empty if there is none. Scans that are too large are
-/// left out.
-[[nodiscard]] ProbabilityPyramid single_table(std::span<const PlacedPoints> scans,
-                                              const MultiResolutionOptions& options,
-                                              const Eigen::Vector2d& origin);
-[[nodiscard]] std::size_t memory_bytes(const ProbabilityPyramid& tables);
+/// The finest grid, of `scans`. Scans that are too large are left out.
+[[nodiscard]] OccupancyGrid grid_of(std::span<const PlacedPoints> scans,
+                                    const MultiResolutionOptions& options,
+                                    const Eigen::Vector2d& origin);
+/// One table, of the cells that the points reach in the window; empty if no cell was observed.
+[[nodiscard]] ProbabilityPyramid table_in_reach(const OccupancyGrid& grid,
+                                                double unknown_probability, const PointSet& points,
+                                                const SE2d& prior, const SearchWindow& window);
+[[nodiscard]] std::size_t memory_bytes(const OccupancyGrid& grid);
 
-/// Tables that do not change.
+/// A grid that does not change: a table of a part of it is made for each match, since tables
+/// take several times the grid's memory.
 template <ProbabilityMatcher M>
-class TableMap final : public MatchedMap {
+class FinishedGridMap final : public MatchedMap {
  public:
-  TableMap(const M& matcher, ProbabilityPyramid tables)
-      : matcher_(matcher), tables_(std::move(tables)) {}
+  FinishedGridMap(const M& matcher, OccupancyGrid grid, double unknown_probability)
+      : matcher_(matcher), grid_(std::move(grid)), unknown_probability_(unknown_probability) {}
 
   Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
                                            const SearchWindow& window,
                                            const MatchOptions& options) override {
-    return matcher_.match(tables_, points, prior, window, options);
+    return matcher_.match(table_in_reach(grid_, unknown_probability_, points, prior, window),
+                          points, prior, window, options);
   }
-  [[nodiscard]] std::size_t memory_bytes() const override { return detail::memory_bytes(tables_); }
+  [[nodiscard]] std::size_t memory_bytes() const override { return detail::memory_bytes(grid_); }
 
  private:
   M matcher_;
-  ProbabilityPyramid tables_;
+  OccupancyGrid grid_;
+  double unknown_probability_;
 };
 
 /// Of a matcher in saved states: its `kName`, or else that of the type.
@@ -195,8 +204,8 @@ template <class M>
   }
 }
 
-/// Makes the maps of submap SLAM: of submaps that grow, and of finished ones for the refinement of
-/// loops, from several threads.
+/// Makes the maps of submap SLAM: of submaps that grow, which one thread uses, and of finished ones
+/// for the refinement of loops, from several threads.
 struct SubmapMaps {
   std::string matcher;  ///< its name
   std::function<std::unique_ptr<GrowingMap>()> growing;
@@ -209,9 +218,13 @@ template <SlamMatcher M>
                                      const MultiResolutionOptions& grid,
                                      const Eigen::Vector2d& origin) {
   if constexpr (ProbabilityMatcher<M>) {
-    return {matcher_name<M>(), [=] { return std::make_unique<GridMap<M>>(growing, grid, origin); },
+    return {matcher_name<M>(),
+            [=, raster = std::make_shared<ScanRaster>()] {
+              return std::make_unique<GridMap<M>>(growing, grid, origin, raster);
+            },
             [=](std::span<const PlacedPoints> scans) {
-              return std::make_unique<TableMap<M>>(finished, single_table(scans, grid, origin));
+              return std::make_unique<FinishedGridMap<M>>(finished, grid_of(scans, grid, origin),
+                                                          grid.unknown_probability);
             }};
   } else {
     return {matcher_name<M>(), [=] { return std::make_unique<MadeMap<M>>(growing); },
