@@ -21,7 +21,7 @@ foreach(_program IN ITEMS ahrs calibrate_robot compare_methods corridor_ins grap
                           pedestrian pose_graph radar_slam radar_velocity submap_slam)
   bad_file(${_program} FILE --out "${_x}_${_program}")
 endforeach()
-foreach(_program IN ITEMS allan attitude_table calibrate_magnetometer false_loops pose_graph_starts)
+foreach(_program IN ITEMS allan attitude_table calibrate_magnetometer false_loops pose_graph_starts submap_loops)
   bad_file(${_program} FILE)
 endforeach()
 bad_file(compare_tracks FILE FILE)
