@@ -104,7 +104,7 @@ TEST(SubmapSlam, SameBytesForAnyNumberOfTables) {
   }
 }
 
-// Fields whose kernel reaches too many cells are refused by the programs; here no loop is found.
+// A field of too many cells is an error of each search, which says so.
 TEST(SubmapSlam, SearchesInCellsOfAnySize) {
   const auto run = simulate(kRing, slipping_robot(), 1);
   for (const double cell_m : {0.05, 0.075, 0.15, 1e-6}) {
@@ -112,7 +112,11 @@ TEST(SubmapSlam, SearchesInCellsOfAnySize) {
     options.loop_cell_m = cell_m;
     const auto slam = run_submap_slam(run.recording, options);
     ASSERT_TRUE(slam) << slam.error().to_string();
-    EXPECT_EQ(slam->statistics.loop_closures > 5U, cell_m > 1e-3) << cell_m;
+    const SubmapSlamStatistics& s = slam->statistics;
+    EXPECT_EQ(s.loop_closures > 5U, cell_m > 1e-3) << cell_m;
+    EXPECT_EQ(s.matcher_errors.count, cell_m > 1e-3 ? 0U : s.loops_refused) << cell_m;
+    EXPECT_EQ(s.matcher_errors.first.find("loop") != std::string::npos, cell_m < 1e-3)
+        << s.matcher_errors.first;
   }
 }
 

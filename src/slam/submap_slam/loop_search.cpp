@@ -159,9 +159,13 @@ class LoopSearch::Scans {
 std::shared_ptr<LoopSearch::Tables> LoopSearch::make_tables(const Candidate& c) const {
   constexpr double kOutlierProbability = 0.2;
   const auto made = std::make_shared<Tables>();
-  if (auto field = likelihood_field(
-          Scans(c).placed(), {options_.loop_cell_m, options_.loop_sigma_m, kOutlierProbability}))
+  const Scans scans(c);
+  auto field = likelihood_field(scans.placed(),
+                                {options_.loop_cell_m, options_.loop_sigma_m, kOutlierProbability});
+  if (field)
     made->field.build(*std::move(field));
+  else if (std::ranges::any_of(scans.placed(), [](const auto& s) { return s.points->size() > 0; }))
+    made->fault = field.error();
   made->field.release_workspace();
   return made;
 }
@@ -169,6 +173,7 @@ std::shared_ptr<LoopSearch::Tables> LoopSearch::make_tables(const Candidate& c) 
 /// Coarse search with the points of the latest nodes, refinement with those of the last one.
 LoopMatch LoopSearch::match(const Query& query, const Candidate& c) const {
   std::optional<PoseEdge<SE2d>> edge;
+  if (c.tables->fault) return *c.tables->fault;
   if (c.tables->field.grid().empty()) return edge;
   const SearchWindow window = loop_window(c.covariance, options_.loop_reach_m);
   MatchOptions options;

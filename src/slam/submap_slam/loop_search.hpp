@@ -46,6 +46,7 @@ class LoopSearch {
   /// has found something to refine: by the thread that matches this submap, as no other does.
   struct Tables {
     PrecomputationGrids field;
+    std::optional<Error> fault;  ///< why the field could not be made
     std::unique_ptr<detail::MatchedMap> map;
     [[nodiscard]] std::size_t bytes() const;
   };
