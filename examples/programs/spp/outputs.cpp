@@ -271,7 +271,7 @@ eval::Table error_table(const SppRun& run) {
   }
   for (const PositionError& e : errors_of(run)) {
     add(e, all);
-    if (peers.count(second_of(e.time)) != 0) add(e, shared);
+    if (peers.contains(second_of(e.time))) add(e, shared);
   }
   add_row(table, "answered", all, speed);
   if (run.peer.empty()) return table;
