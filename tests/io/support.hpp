@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <system_error>
 
 #include <gmock/gmock.h>
@@ -38,9 +37,9 @@ class TemporaryFolder {
 
 /// The path of a recording, empty where it is absent.
 inline std::string recording(const std::string& name) {
-  const std::string_view folder = WAYFARE_DATA_DIR;
+  const char* folder = WAYFARE_DATA_DIR;
   const std::string path = std::string(folder) + "/" + name;
-  return !folder.empty() && std::filesystem::exists(path) ? path : std::string();
+  return *folder != '\0' && std::filesystem::exists(path) ? path : std::string();
 }
 
 }  // namespace wayfare::testing

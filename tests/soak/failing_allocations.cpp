@@ -9,15 +9,6 @@ namespace wayfare::tests {
 
 std::atomic<long> failing_in{-1}, failing_every{0}, allocations{0};
 
-}  // namespace wayfare::tests
-
-using namespace wayfare::tests;
-
-// Eigen's matrices come from malloc: the linker gives calls of our objects to __wrap_malloc.
-// NOLINTBEGIN(bugprone-reserved-identifier,cppcoreguidelines-no-malloc): the linker's names, and
-// what is replaced
-extern "C" void* __real_malloc(std::size_t size);
-
 namespace {
 
 bool fails() {
@@ -28,9 +19,20 @@ bool fails() {
   return true;
 }
 
+}  // namespace
+
+}  // namespace wayfare::tests
+
+// Eigen's matrices come from malloc: the linker gives calls of our objects to __wrap_malloc.
+// NOLINTBEGIN(bugprone-reserved-identifier,cppcoreguidelines-no-malloc): the linker's names, and
+// what is replaced
+extern "C" void* __real_malloc(std::size_t size);
+
+namespace {
+
 void* allocated(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) {
   void* memory = nullptr;
-  if (!fails())
+  if (!wayfare::tests::fails())
     memory = alignment <= alignof(std::max_align_t)
                  ? __real_malloc(std::max<std::size_t>(size, 1))
                  : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
@@ -49,10 +51,10 @@ void* operator new[](std::size_t size, std::align_val_t alignment) {
   return allocated(size, static_cast<std::size_t>(alignment));
 }
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  return fails() ? nullptr : __real_malloc(std::max<std::size_t>(size, 1));
+  return wayfare::tests::fails() ? nullptr : __real_malloc(std::max<std::size_t>(size, 1));
 }
 void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
-  return fails() ? nullptr : __real_malloc(std::max<std::size_t>(size, 1));
+  return wayfare::tests::fails() ? nullptr : __real_malloc(std::max<std::size_t>(size, 1));
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
@@ -63,5 +65,7 @@ void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memo
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
-extern "C" void* __wrap_malloc(std::size_t size) { return fails() ? nullptr : __real_malloc(size); }
+extern "C" void* __wrap_malloc(std::size_t size) {
+  return wayfare::tests::fails() ? nullptr : __real_malloc(size);
+}
 // NOLINTEND(bugprone-reserved-identifier,cppcoreguidelines-no-malloc)

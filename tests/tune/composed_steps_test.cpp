@@ -114,7 +114,7 @@ Differences against_every_step(const Drive& drive, const InsNoise<double>& noise
 
 // A variance that differs by a millionth changes gains, and what they correct, by as much.
 TEST(ComposedSteps, AgreeWithEveryStep) {
-  for (const std::size_t interval : {1u, 2u, 3u, 7u, 10u, 20u, 100u})
+  for (const std::size_t interval : {1U, 2U, 3U, 7U, 10U, 20U, 100U})
     for (const bool missing : {false, true}) {
       const Differences d =
           against_every_step(Drive(interval, missing), {ImuNoise{}, ReceiverClockNoise{}});

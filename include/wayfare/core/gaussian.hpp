@@ -32,8 +32,8 @@ template <class Derived>
 [[nodiscard]] bool is_positive_semidefinite(const Eigen::MatrixBase<Derived>& matrix) {
   constexpr double kRounding = 1e-6, kLeast = 1e-150;  // whose inverse square does not overflow
   using Square = Eigen::Matrix<double, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime>;
-  // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): of other scalars a cast is an
-  // expression
+  // Of other scalars a cast is an expression.
+  // NOLINTNEXTLINE(performance-unnecessary-copy-initialization)
   const Square m = matrix.template cast<double>();
   if (!m.allFinite() || (m.diagonal().array() < 0).any()) return false;
   const auto sigma = m.diagonal().cwiseSqrt().eval();

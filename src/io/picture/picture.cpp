@@ -149,7 +149,7 @@ PictureRows reduced(const PictureRows& picture, std::size_t most_pixels) {
     }
     for (std::size_t i = 0; i < sums.size(); ++i) {
       const std::size_t columns = std::min(side, picture.width() - i / 3 * side);
-      const std::size_t count = columns * (end - first);
+      const std::size_t count = std::max<std::size_t>(columns * (end - first), 1);
       pixels[i] = static_cast<std::uint8_t>((sums[i] + count / 2) / count);
     }
   };

@@ -28,7 +28,7 @@ std::string header(const Pairs& pairs) {
 
 void put_record(std::string& out, Op op, Pairs pairs, std::string_view data) {
   pairs["op"] = packed(static_cast<std::uint8_t>(op));
-  out += packed(header(std::move(pairs)), data);
+  out += packed(header(pairs), data);
 }
 
 void put_connection(std::string& out, const BagConnection& c) {
