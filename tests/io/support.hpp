@@ -47,4 +47,4 @@ inline std::string recording(const std::string& name) {
 /// Defines `path`, or skips the test and names the missing recording.
 #define WAYFARE_NEEDS_RECORDING(path, name)                     \
   const std::string path = ::wayfare::testing::recording(name); \
-  if (path.empty()) GTEST_SKIP() << "needs the recording " << (name) << " in WAYFARE_DATA_DIR"
+  if ((path).empty()) GTEST_SKIP() << "needs the recording " << (name) << " in WAYFARE_DATA_DIR"
