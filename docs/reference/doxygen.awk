@@ -5,6 +5,7 @@
 #   <!-- headers: NAME -->             its headers, with the first sentence of each
 #   <!-- parameters: NAME STRUCT… -->  tables of the parameters in the headers, by parameters.awk
 #   <!-- snippet: FILE MARK -->        the lines between //! [MARK] in tests/FILE
+# A line in italics that says where these are otherwise, *… (`./run docs`).*, is left out.
 
 # The page's part of a label: the file, or "FOLDER_README".
 function page(path,   parts, n) {
@@ -85,6 +86,7 @@ function linked(line,   space, before, name, out) {
 }
 
 /^```/ { in_code = !in_code }
+!in_code && /^[*].*`[.]\/run docs`[)][.][*]$/ { next }
 !in_code && /^<!-- (family|headers): [a-z]+ -->$/ { family($3, $2 == "headers:"); next }
 !in_code && /^<!-- parameters: [a-z]+( [A-Za-z0-9]+)* -->$/ {
   structs = $0
