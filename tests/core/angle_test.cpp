@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/detail/bare_number.hpp>
+#include <wayfare/core/dual.hpp>
 
 namespace wayfare {
 namespace {
@@ -22,6 +23,12 @@ TEST(Angle, UnitsAndArithmetic) {
   EXPECT_DOUBLE_EQ((0.5_rad).degrees(), 90.0 / pi);
   EXPECT_DOUBLE_EQ((30_deg + 60_deg - 2.0 * 15_deg).degrees(), 60.0);
   EXPECT_DOUBLE_EQ(90_deg / 30_deg, 3.0);
+  EXPECT_DOUBLE_EQ((90_deg / 3.0).degrees(), 30.0);
+  Angle a = 10_deg;
+  a += 25_deg;
+  EXPECT_DOUBLE_EQ(a.degrees(), 35.0);
+  a -= 40_deg;
+  EXPECT_NEAR(a.degrees(), -5.0, 1e-13);
   EXPECT_LT(-1_deg, 0_deg);
   EXPECT_EQ((1_rad).radians(), 1.0);
 }
@@ -78,6 +85,15 @@ TEST(Angle, WrapOfNonFiniteIsNaN) {
   EXPECT_TRUE(std::isnan(wrap_to_pi(std::numeric_limits<double>::infinity())));
   EXPECT_TRUE(std::isnan(wrap_to_pi(-std::numeric_limits<double>::infinity())));
   EXPECT_TRUE(std::isnan(wrap_to_pi(std::numeric_limits<double>::quiet_NaN())));
+}
+
+TEST(Angle, WrapKeepsTheDerivative) {
+  using Number = Dual<double, 1>;
+  for (const double x : {4.0, -4.0, 10.0, -0.5, 2.0 * pi}) {
+    const Number wrapped = wrap_to_pi(Number::variable(x, 0));
+    EXPECT_NEAR(wrapped.value, std::remainder(x, 2.0 * pi), 1e-14) << x;
+    EXPECT_EQ(wrapped.derivatives[0], 1.0) << x;
+  }
 }
 
 TEST(Angle, WrappedKeepsTheType) {

@@ -59,6 +59,32 @@ TEST(Dual, FunctionsHaveTheirDerivatives) {
       "sizes", [](auto x, auto y) { return abs(x) * y + floor(x) * y; }, 0.1, 0.9);
 }
 
+TEST(Dual, FunctionsHaveTheirValues) {
+  const double x = 0.4, y = 0.7;
+  const Dual2 a = Dual2::variable(x, 0), b = Dual2::variable(y, 1);
+  EXPECT_EQ(sin(a).value, std::sin(x));
+  EXPECT_EQ(cos(a).value, std::cos(x));
+  EXPECT_EQ(tan(a).value, std::tan(x));
+  EXPECT_EQ(asin(a).value, std::asin(x));
+  EXPECT_EQ(acos(a).value, std::acos(x));
+  EXPECT_EQ(atan(a).value, std::atan(x));
+  EXPECT_EQ(atan2(a, b).value, std::atan2(x, y));
+  EXPECT_EQ(hypot(a, b).value, std::hypot(x, y));
+  EXPECT_EQ(pow(a, 2.5).value, std::pow(x, 2.5));
+  EXPECT_EQ(sqrt(a).value, std::sqrt(x));
+  EXPECT_EQ(exp(a).value, std::exp(x));
+  EXPECT_EQ(log(a).value, std::log(x));
+  EXPECT_EQ(floor(a - 2.0).value, -2.0);
+}
+
+TEST(Dual, SlopesOfTheAbsoluteValue) {
+  for (const double x : {-0.5, 0.0, 0.5}) {
+    const Dual2 size = abs(Dual2::variable(x, 0));
+    EXPECT_EQ(size.value, std::abs(x));
+    EXPECT_EQ(size.derivatives[0], x < 0.0 ? -1.0 : 1.0) << x;
+  }
+}
+
 TEST(Dual, ComparesByValue) {
   const Dual2 a = Dual2::variable(1.0, 0), b(1.0);
   EXPECT_EQ(a, b);

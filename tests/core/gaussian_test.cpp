@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
+#include <wayfare/core/gaussian_sampler.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/testing/filter_laws.hpp>
@@ -174,6 +175,30 @@ TEST(Gaussian, SamplesHaveTheMeanAndCovariance) {
   expect_samples_follow(vector, vectors);
   expect_samples_follow(pose, poses);
   expect_samples_follow(body, bodies);
+}
+
+TEST(GaussianSampler, SamplesHaveTheMeanAndCovariance) {
+  Rng rng(13);
+  const Gaussian<SE2d> pose{SE2d(10, -5.0, 170_deg), some_covariance<3>(3, 0.01)};
+  const GaussianSampler sampler(pose);
+  std::vector<SE2d> poses;
+  for (int i = 0; i < 200'000; ++i) poses.push_back(sampler(rng));
+  expect_samples_follow(pose, poses);
+}
+
+// Of rank one: all samples are on a line through the mean, at a distance of standard deviation |u|.
+TEST(GaussianSampler, OfASingularCovariance) {
+  const Eigen::Vector3d mean(1, 2, 3), u(0.6, 0.0, -0.8);
+  const GaussianSampler sampler(Gaussian<Eigen::Vector3d>{mean, 4.0 * u * u.transpose()});
+  Rng rng(14);
+  double squares = 0.0;
+  constexpr int kCount = 10'000;
+  for (int i = 0; i < kCount; ++i) {
+    const Eigen::Vector3d off = sampler(rng) - mean;
+    ASSERT_LT((off - off.dot(u) * u).norm(), 1e-7);
+    squares += off.squaredNorm();
+  }
+  EXPECT_NEAR(squares / kCount, 4.0, 6.0 * 4.0 * std::sqrt(2.0 / kCount));
 }
 
 TEST(Gaussian, SamplesOfASingularCovarianceStayInItsSpan) {

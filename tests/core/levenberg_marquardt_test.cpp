@@ -123,6 +123,14 @@ TEST(LevenbergMarquardt, SolvesRosenbrock) {
   EXPECT_NEAR(r->information(1, 1), 100, 1e-6);
 }
 
+TEST(LevenbergMarquardt, NeedsNoStepFromTheSolution) {
+  const auto r = levenberg_marquardt(Vector2d(1, 1), rosenbrock);
+  ASSERT_TRUE(r);
+  EXPECT_EQ(r->reason, StopReason::converged);
+  EXPECT_EQ(r->iterations, 0);
+  EXPECT_EQ(r->estimate, Vector2d(1, 1));
+}
+
 TEST(LevenbergMarquardt, StopsAtTheIterationLimitWithTheBestEstimate) {
   const Vector2d start(-1.2, 1);
   double before = 0.5 * rosenbrock(start).residual.squaredNorm();

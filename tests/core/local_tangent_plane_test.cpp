@@ -67,5 +67,30 @@ TEST(LocalTangentPlane, EarthMatchesTheEllipsoid) {
   }
 }
 
+// The chart's axes are those of the local level at the anchor: its offsets differ from the
+// displacement by terms of second order, |x|²/R with R above 6.3e6 m.
+TEST(LocalTangentPlane, OffsetsAreMetresAtTheAnchor) {
+  const Vector3d x(3.0, -2.0, 1.0);
+  for (const Geodetic& a : kAnchors)
+    EXPECT_LT((LocalTangentPlane(a).displacement(x) - x).norm(), x.squaredNorm() / 2e6);
+}
+
+// Central differences of the displacement over 100 m of the chart to both sides, whose third-order
+// terms are below 3e-10.
+TEST(LocalTangentPlane, ScalesAreChartByGround) {
+  for (const Geodetic& a : kAnchors) {
+    const LocalTangentPlane plane(a);
+    for (const Vector3d& x : kOffsets) {
+      const auto ground = [&](int axis) {
+        const Vector3d step = 100.0 * Vector3d::Unit(axis), there = x + step, here = x - step;
+        return (plane.displacement(there) - plane.displacement(here)).norm() / 200.0;
+      };
+      const EarthAt<double> e = plane.earth(x);
+      EXPECT_NEAR(ground(0) * e.north_scale, 1.0, 1e-9) << x.transpose();
+      EXPECT_NEAR(ground(1) * e.east_scale, 1.0, 1e-9) << x.transpose();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace wayfare

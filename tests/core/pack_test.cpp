@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -43,11 +44,37 @@ TYPED_TEST(PackTest, EveryLaneMatchesTheScalar) {
     EXPECT_NEAR(cos(a)[i], std::cos(x), rounding);
     EXPECT_NEAR(exp(a)[i], std::exp(x), rounding * std::exp(x));
     EXPECT_NEAR(atan2(a, b)[i], std::atan2(x, y), rounding);
-    EXPECT_EQ((a < P(0))[i], x < T(0));
-    EXPECT_EQ((a >= b)[i], x >= y);
+    EXPECT_EQ(floor(a)[i], std::floor(x));
+    EXPECT_NEAR(tan(b)[i], std::tan(y), rounding * (1 + std::abs(std::tan(y))));
+    EXPECT_NEAR(log(b)[i], std::log(y), rounding);
     EXPECT_EQ(select(a < P(0), a, b)[i], x < T(0) ? x : y);
     EXPECT_EQ((2 * a)[i], T(2) * x);  // scalars are broadcast to all lanes
+    P sum = a, difference = a, product = a, quotient = a;
+    sum += b;
+    difference -= b;
+    product *= b;
+    quotient /= b;
+    EXPECT_EQ(sum[i], x + y);
+    EXPECT_EQ(difference[i], x - y);
+    EXPECT_EQ(product[i], x * y);
+    EXPECT_EQ(quotient[i], x / y);
   }
+}
+
+TYPED_TEST(PackTest, ComparesLaneByLane) {
+  using P = TypeParam;
+  const P a = ramp<P>(-2.25, 0.75);
+  const P b = select(a < P(0), a, a * P(2));  // equal below zero, else not smaller
+  for (const auto& [left, right] : {std::pair(a, b), std::pair(b, a)})
+    for (int i = 0; i < P::kLanes; ++i) {
+      const auto x = left[i], y = right[i];
+      EXPECT_EQ((left < right)[i], x < y);
+      EXPECT_EQ((left <= right)[i], x <= y);
+      EXPECT_EQ((left > right)[i], x > y);
+      EXPECT_EQ((left >= right)[i], x >= y);
+      EXPECT_EQ((left == right)[i], x == y);
+      EXPECT_EQ((left != right)[i], x != y);
+    }
 }
 
 TYPED_TEST(PackTest, MasksAreLaneByLane) {

@@ -1,5 +1,7 @@
 #include <wayfare/core/parallel.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -26,6 +28,12 @@ TEST(ForEachRun, ReportsItsProgressInOrder) {
         50, threads, [](std::size_t) {}, [&](double done) { told.push_back(done); });
     EXPECT_EQ(told, want);
   }
+}
+
+TEST(ForEachRun, WorkersAreFewerThan256) {
+  std::vector<std::size_t> worker(1000);
+  parallel_for_workers(1000, 1000, [&](std::size_t i, std::size_t w) { worker[i] = w; });
+  EXPECT_LT(*std::max_element(worker.begin(), worker.end()), 256U);
 }
 
 }  // namespace

@@ -94,6 +94,16 @@ TEST(Random, StreamsDoNotRepeatEachOther) {
   EXPECT_EQ(seen.size(), drawn);
 }
 
+// Recorded results depend on the streams: their seeds are fixed.
+TEST(Random, StreamsAreSeededThroughSplitMix) {
+  constexpr std::uint64_t kSeed = 42;
+  for (const std::uint64_t index : {0U, 1U, 7U}) {
+    ReferenceSplitMix split{kSeed ^ (0xd1342543de82ef95U * (index + 1))};
+    Rng expected(split.next()), stream = Rng(kSeed).stream(index);
+    for (int i = 0; i < 10; ++i) ASSERT_EQ(stream(), expected()) << index;
+  }
+}
+
 // Neighbouring streams must not be correlated: the mean product of n pairs of centred uniforms has
 // standard deviation (1/12)/√n.
 TEST(Random, NeighbouringStreamsAreUncorrelated) {
@@ -142,6 +152,9 @@ TEST(Random, NormalMoments) {
         << k;
   }
   EXPECT_NEAR(moment([&] { return rng.normal(10.0, 0.5); }, kCount, 1), 10.0, 6.0 * 0.5e-3);
+  // Of the square about the mean: σ² with standard deviation σ²·√(2/n).
+  EXPECT_NEAR(moment([&] { return rng.normal(10.0, 0.5) - 10.0; }, kCount, 2), 0.25,
+              6.0 * 0.25 * std::sqrt(2.0 / kCount));
 }
 
 // The two values of a Box-Muller pair are independent: the mean of their product has standard
