@@ -123,6 +123,30 @@ TEST(Ekf, StaysPositiveDefiniteInSinglePrecision) {
   }
 }
 
+// P = a [1 ½; ½ 1] and the first state measured with R = 0.1: P becomes aR/(a + R), half of it, and
+// a − ¼ a²/(a + R). The rounding error of P − K S Kᵀ in single precision is 2⁻²⁴ a = 6e-4, 0.6 % of
+// R.
+TEST(Ekf, IsAccurateInSinglePrecisionAfterASharpMeasurement) {
+  for (const float a : {1e4F, 12345.6F}) {
+    const Eigen::Matrix2f start{{a, a / 2.0F}, {a / 2.0F, a}};
+    Ekf<Eigen::Vector2f> filter(Eigen::Vector2f::Zero(), start);
+    ASSERT_TRUE(filter.update(Linear<float, 2>{{1.0F, 0.0F}, 1.0F, 0.1F}).accepted);
+    const double p = double{a}, r = double{0.1F}, share = r / (p + r);
+    const Eigen::Matrix2d found = filter.covariance().cast<double>();
+    EXPECT_NEAR(found(0, 0) / (p * share), 1.0, 1e-5) << a;
+    EXPECT_NEAR(found(0, 1) / (0.5 * p * share), 1.0, 1e-5) << a;
+    EXPECT_NEAR(found(1, 1) / (p - 0.25 * p * p / (p + r)), 1.0, 1e-5) << a;
+    EXPECT_EQ(found(0, 1), found(1, 0));
+  }
+}
+
+// h P hᵀ = P₀₀ − 4 P₀₁ + 4 P₁₁ = 7.2, and R = 0.8.
+TEST(Ekf, PredictsTheSigmaOfAnInnovation) {
+  const Ekf<Vector3d> filter(Vector3d(1.0, -2.0, 0.5), some_covariance());
+  const Linear<double, 3> model{{1.0, -2.0, 0.0}, 0.0, 0.8};
+  EXPECT_NEAR(filter.predicted_sigma(model(filter.state())), std::sqrt(8.0), 1e-12);
+}
+
 TEST(Ekf, BlockUpdateEqualsScalarUpdates) {
   const Ekf<Vector3d> start(Vector3d(1.0, -2.0, 0.5), some_covariance());
   const Eigen::Matrix<double, 2, 3> h =

@@ -100,6 +100,15 @@ TEST(Gates, HuberWeightAddsToTheVariance) {
   EXPECT_NEAR(filter.covariance()(0, 0), gain * r, 1e-12);
 }
 
+// Huber's constant of 95 % efficiency: the weight is one up to 1.345 σ, a half at twice that.
+TEST(Gates, HuberWeightIsOneUpToItsConstant) {
+  const auto weight_at = [](double sigmas) {
+    return HuberWeight{}(Innovation<double, 1>{sigmas, 1.0, sigmas * sigmas});
+  };
+  EXPECT_EQ(weight_at(1.344), 1.0);
+  EXPECT_NEAR(weight_at(2.0 * 1.345), 0.5, 1e-12);
+}
+
 TEST(Gates, AreNotAskedAboutNumbersThatAreNotFinite) {
   Ekf<Vector3d> filter = some_filter();
   int asked = 0;

@@ -10,6 +10,7 @@
 
 #include <wayfare/core/gaussian_sampler.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/filter/pose_bins.hpp>
 #include <wayfare/testing/particle_laws.hpp>
 
@@ -114,6 +115,28 @@ TEST(ResampleAdaptively, TheNumberFollowsTheSpread) {
   EXPECT_EQ(drawn(4000.0), 4000U);
   Rng rng(1);
   EXPECT_TRUE(resample_adaptively(Particles<Line>{}, bins, {}, rng).empty());
+}
+
+// Fox's (7) is the approximation of Wilson and Hilferty of χ²(99 %; k − 1)/2ε, within 0.8 % of it
+// for one degree of freedom, and closer for more.
+TEST(KldBound, IsAQuantileOfTheChiSquareDistribution) {
+  for (const std::size_t k : {2U, 3U, 11U, 51U}) {
+    const double quantile = chi_square_quantile(0.99, static_cast<double>(k - 1));
+    EXPECT_NEAR(kld_bound(k, {}) / (quantile / (2.0 * 0.05)), 1.0, k == 2 ? 0.01 : 0.002) << k;
+  }
+  EXPECT_EQ(kld_bound(1, {}), 1.0);
+  EXPECT_EQ(kld_bound(0, {}), 1.0);
+}
+
+// Weights 1 and 3 at 0 and 4: mean 3, variance (1·3² + 3·1²)/4 = 3.
+TEST(IntrinsicMean, IsThatOfWeightsOfAnySum) {
+  Particles<Line> particles;
+  for (const double x : {0.0, 4.0}) particles.push_back(Line(x));
+  const std::vector<double> weights{1.0, 3.0};
+  const std::vector<ParticleIndex> both{0, 1};
+  const Line mean = intrinsic_mean(particles, weights, both);
+  EXPECT_NEAR(mean[0], 3.0, 1e-12);
+  EXPECT_NEAR(covariance_about(mean, particles, weights, both)(0), 3.0, 1e-12);
 }
 
 TEST(Inject, ReplacesTheShareAskedFor) {

@@ -1,7 +1,9 @@
 #include <wayfare/filter/pose_bins.hpp>
 
 #include <limits>
+#include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace wayfare {
@@ -26,6 +28,24 @@ TEST(PoseBins, HaveASideWhateverIsAskedFor) {
   const PoseBins all(kInf, Angle::radians(kInf));
   EXPECT_EQ(all.turns(), 1);
   EXPECT_EQ(all.of(7.0, 1e9, 3.0), (PoseBins::Key{0, 0, 0}));
+}
+
+// Of 1 m and a quarter turn: bins that touch at a corner, the two beside half a turn, and two
+// beyond an empty bin.
+TEST(PoseBins, AdjacentBinsFormAClusterTheHeaviestFirst) {
+  const PoseBins bins(1.0, Angle::degrees(90.0));
+  const std::vector<PoseBins::Key> keys{bins.of(3.5, 1.5, 0.1), bins.of(1.5, 1.5, 0.1),
+                                        bins.of(0.5, 0.5, 0.1), bins.of(3.5, 0.5, 0.1),
+                                        bins.of(8.0, 8.0, 3.0), bins.of(8.0, 8.0, -3.0)};
+  const std::vector<double> weights{0.1, 0.2, 0.3, 0.05, 0.15, 0.2};
+  const std::vector<Cluster> clusters = find_clusters<PoseBins>(keys, weights, bins);
+  ASSERT_EQ(clusters.size(), 3U);
+  EXPECT_NEAR(clusters[0].mass, 0.5, 1e-15);
+  EXPECT_NEAR(clusters[1].mass, 0.35, 1e-15);
+  EXPECT_NEAR(clusters[2].mass, 0.15, 1e-15);
+  EXPECT_THAT(clusters[0].members, ::testing::UnorderedElementsAre(1U, 2U));
+  EXPECT_THAT(clusters[1].members, ::testing::UnorderedElementsAre(4U, 5U));
+  EXPECT_THAT(clusters[2].members, ::testing::UnorderedElementsAre(0U, 3U));
 }
 
 }  // namespace

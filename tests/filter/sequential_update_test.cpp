@@ -32,10 +32,26 @@ struct FullCovariance {
   [[nodiscard]] Square dense() const { return p; }
 };
 
+/// The library's view of a full matrix, with the matrix.
+struct OwnDenseCovariance {
+  Square p;
+
+  template <int... Index>
+  [[nodiscard]] Unknowns times(const IndexedRow<double, Index...>& h) const {
+    Square copy = p;
+    return DenseCovariance<Square>{copy}.times(h);
+  }
+  void subtract_outer(const Unknowns& v, double scale) {
+    DenseCovariance<Square>{p}.subtract_outer(v, scale);
+  }
+  [[nodiscard]] Square dense() const { return p; }
+};
+
 using RowA = IndexedRow<double, 0, 2>;
 using RowB = IndexedRow<double, 1, 2, 3>;
 static_assert(SequentialCovariance<PackedCovariance, RowA>);
 static_assert(SequentialCovariance<FullCovariance, RowA>);
+static_assert(SequentialCovariance<DenseCovariance<Square>, RowA>);
 static_assert(!SequentialCovariance<Square, RowA>);
 
 Square random_covariance(Rng& rng) {
@@ -58,7 +74,7 @@ P stored(const Square& p) {
 
 template <class P>
 class SequentialUpdate : public ::testing::Test {};
-using Storages = ::testing::Types<PackedCovariance, FullCovariance>;
+using Storages = ::testing::Types<PackedCovariance, FullCovariance, OwnDenseCovariance>;
 TYPED_TEST_SUITE(SequentialUpdate, Storages);
 
 // P = 4, R = 1, innovation 5, 3 of the state's 4 elements uncorrelated with it: gain 4/5, so the

@@ -59,6 +59,17 @@ struct OneElement {
   }
 };
 
+/// The first and the last element, mixed.
+struct TwoElements {
+  Eigen::Matrix2d factor;
+  Eigen::Vector2d z;
+  Eigen::Matrix2d r;
+  auto operator()(const State& x) const {
+    return VectorMeasurement<double, 2, SparseRows<double, 2, 2>>{
+        z - factor * Eigen::Vector2d(x[0], x[3]), {{0, 3}, factor}, r};
+  }
+};
+
 /// All states of an interval, by the information of each prior, step and measurement.
 class Batch {
  public:
@@ -128,6 +139,16 @@ struct Problem {
     ASSERT_TRUE(filter.update_block<2>(m.z - m.h * filter.state(), m.h, m.r));
     batch.measure(at, m);
   }
+  void measure_elements() {
+    const TwoElements m{random_square(rng).topLeftCorner<2, 2>(),
+                        random_square(rng).topLeftCorner<2, 1>(),
+                        random_covariance(rng).topLeftCorner<2, 2>()};
+    ASSERT_TRUE(filter.update(m).accepted);
+    Linear<2> same{Eigen::Matrix<double, 2, kSize>::Zero(), m.z, m.r};
+    same.h.col(0) = m.factor.col(0);
+    same.h.col(3) = m.factor.col(1);
+    batch.measure(at, same);
+  }
   void expect_batch() {
     batch.solve();
     SmootherAdjoint<State> adjoint;
@@ -158,6 +179,7 @@ TEST(Smoother, EqualsLeastSquaresOverTheInterval) {
       p.step();
       if (i % 3 != 0) p.measure();
       if (i % 4 == 0) p.measure_two();
+      if (i % 5 == 0) p.measure_elements();
       p.mark();
     }
     p.expect_batch();
@@ -217,6 +239,17 @@ TEST(Smoother, WhatWasRemovedHasNoEffect) {
   p.tape.drop_marks(3);
   EXPECT_EQ(p.tape.marks(), same.tape.marks() - 3);
   EXPECT_EQ(all_smoothed(p.tape), std::vector<State>(expected.begin(), expected.end() - 3));
+}
+
+TEST(Smoother, APlaceMovesWithTheBeginning) {
+  Problem p(8, 8);
+  for (int i = 1; i < 5; ++i) p.step(), p.measure(), p.mark();
+  const std::vector<State> all = all_smoothed(p.tape);
+  Tape::Place place = p.tape.end();
+  for (int i = 5; i < 8; ++i) p.step(), p.measure_two(), p.mark();
+  place -= p.tape.drop_marks(2);
+  p.tape.truncate(place);
+  EXPECT_EQ(all_smoothed(p.tape), std::vector<State>(all.begin(), all.end() - 2));
 }
 
 TEST(Smoother, NothingIsLearntOfWhatWasReplaced) {
