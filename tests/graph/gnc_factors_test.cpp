@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/graph/edges.hpp>
 #include <wayfare/graph/factor_graph.hpp>
 #include <wayfare/graph/optimise.hpp>
@@ -165,6 +166,43 @@ TEST(GncFactors, EdgesAreMarkedByTypeOrOneByOne) {
   ASSERT_TRUE(all);
   EXPECT_TRUE(all->rejected.empty());
   EXPECT_LT((trusted[t] - Point(4.0, 0.0)).norm(), 1e-4) << "the mean of both";
+}
+
+/// Place of a tree, without an information matrix: in standard deviations of 1 cm.
+struct MarkedPlace {
+  using Variables = EdgeVariables<SE2d, Point>;
+  static constexpr int kDim = 2;
+  Point seen;
+  bool robust = false;
+  [[nodiscard]] Point error(const SE2d& pose, const Point& tree) const {
+    return (pose.inverse() * tree - seen) / 0.01;
+  }
+};
+
+// Beside an edge that determines the tree, which is trusted as a type without marks, an edge of
+// σ = 1 cm is an outlier where its error exceeds the square root of the quantile of χ² of as many
+// degrees of freedom as its information has; without one, as its error has.
+TEST(GncFactors, TheGateIsTheQuantileOfTheEdgesDegreesOfFreedom) {
+  FactorGraph<Variables<SE2d, Point>, Edges<LandmarkPosition<SE2d>, MarkedSight, MarkedPlace>>
+      graph;
+  const auto pose = graph.add(SE2d());
+  const auto tree = graph.add(Point(3.0, 0.0));
+  graph.fix(pose);
+  graph.add(LandmarkPosition<SE2d>{Point(3.0, 0.0), 1e10 * Eigen::Matrix2d::Identity()}, pose,
+            tree);
+  for (const int freedom : {1, 2}) {
+    const double limit_m = 0.01 * std::sqrt(chi_square_quantile(0.9999, freedom));
+    for (const double part : {0.99, 1.01}) {
+      const double seen_m = 3.0 + part * limit_m;
+      graph.add(
+          MarkedSight{{Angle(), seen_m, Point(freedom == 2 ? 1e4 : 0.0, 1e4).asDiagonal()}, true},
+          pose, tree);
+      if (freedom == 2) graph.add(MarkedPlace{Point(seen_m, 0.0), true}, pose, tree);
+    }
+  }
+  const auto report = optimise_gnc(graph);
+  ASSERT_TRUE(report) << report.error().to_string();
+  EXPECT_EQ(report->rejected, (std::vector<int>{2, 4, 6}));
 }
 
 // Two sightings contradict each other and nothing supports either: named, and nothing has moved.

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/g2o.hpp>
 
@@ -126,7 +127,38 @@ TYPED_TEST(GncTest, FindsTheFalseLoopsAmongTrueOnes) {
       expect_only_false_rejected(report->rejected, clean.edges.size(), graph.edges.size());
       EXPECT_LT(rms_distance(graph.poses, clean.poses), 1e-3) << share;
       EXPECT_NEAR(report->optimisation.final_chi2, chi2(clean), 1e-3 * chi2(clean));
+      EXPECT_GT(report->rounds, 0);
+      EXPECT_GT(report->optimisation.iterations, 0);
+      EXPECT_GE(report->iterations, report->optimisation.iterations);
     }
+  }
+}
+
+// Beside an edge that determines the pose, an edge of σ = 1 cm is an outlier where its error
+// exceeds the square root of the quantile of χ² of as many degrees of freedom as its information
+// has: directions with less than 1e-9 of the largest are none. The five pairs move the pose by 1e-5
+// of their errors.
+TYPED_TEST(GncTest, TheGateIsTheQuantileOfTheEdgesDegreesOfFreedom) {
+  using G = TypeParam;
+  const auto ahead = [](double x) { return G(G::Vector::Unit(0) * x, G().rotation()); };
+  for (const double probability : {GncOptions{}.inlier_probability, 0.9}) {
+    PoseGraph<G> graph{{G(), ahead(1.0)}, {}, {}, {}};
+    graph.edges.push_back({0, 1, ahead(1.0), 1e10 * SquareOf<G>::Identity(), false});
+    const auto add = [&](const TangentOf<G>& weights, int freedom) {
+      const double limit_m = 0.01 * std::sqrt(chi_square_quantile(probability, freedom));
+      const SquareOf<G> information = 1e4 * SquareOf<G>(weights.asDiagonal());
+      for (const double part : {0.99, 1.01})
+        graph.edges.push_back({0, 1, ahead(1.0 + part * limit_m), information, true});
+    };
+    const TangentOf<G> one = TangentOf<G>::Unit(0), second = TangentOf<G>::Unit(1);
+    add(TangentOf<G>::Ones(), G::kDof);
+    add(one, 1);
+    add(one + second, 2);
+    add(one + 1.5e-9 * second, 2);
+    add(one + 0.7e-9 * second, 1);
+    const auto report = optimise_gnc(graph, {.inlier_probability = probability});
+    ASSERT_TRUE(report) << report.error().to_string();
+    EXPECT_EQ(report->rejected, (std::vector<int>{2, 4, 6, 8, 10})) << probability;
   }
 }
 

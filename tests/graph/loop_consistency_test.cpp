@@ -5,11 +5,13 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/statistics.hpp>
@@ -181,6 +183,85 @@ TYPED_TEST(LoopConsistency, SaysWhatItDoesNotDecide) {
   };
   EXPECT_THAT(rejected(LoopConsistencyOptions{}.max_false), IsEmpty());
   EXPECT_EQ(rejected(0.0), std::vector<int>{static_cast<int>(graph.edges.size()) - 1});
+}
+
+/// Poses 1 m apart along x.
+template <class G>
+PoseGraph<G> straight_chain(int poses) {
+  PoseGraph<G> graph;
+  for (int i = 0; i < poses; ++i) graph.add_pose(G(G::Vector::Unit(0) * i, G().rotation()));
+  return graph;
+}
+/// Steps are measured with variances of 0.01 m² and 1e-4 rad², loops with 4e-4 m² and 1e-4 rad².
+template <class G>
+void join_ahead(PoseGraph<G>& graph, int from, int to, double measured_m, bool loop) {
+  constexpr int kAxes = static_cast<int>(G::Vector::RowsAtCompileTime);
+  // A quaternion's vector part is half the angle.
+  TangentOf<G> information = TangentOf<G>::Constant(G::kDof == 6 ? 4e4 : 1e4);
+  information.template head<kAxes>().setConstant(loop ? 2500.0 : 100.0);
+  graph.edges.push_back({from, to, G(G::Vector::Unit(0) * measured_m, G().rotation()),
+                         information.asDiagonal(), loop});
+}
+
+// A chain of 41 poses and a loop from its first to its last, 0.9 m longer. With Σ j = 780 and
+// Σ j² = 20540 over the remaining distances j, its cycle has the variances 0.4 + 4e-4 m² along the
+// chain, 0.4004 m² + 1e-4 Σ j² across and 41e-4 rad², and the covariance 1e-4 Σ j of a rotation and
+// the displacement that it causes. The positions have the variance (41² − 1)/12 = 140 m², the
+// distance of two of them 2 · 140/n by axis; a heading has π²/3. A false loop agrees as well with
+// p = V dⁿ √(det S/((2π)ⁿ det(S + D))), V = 4π/3 or π³/6.
+TYPED_TEST(LoopConsistency, ALoopIsAcceptedByItsSignificance) {
+  using G = TypeParam;
+  constexpr int kDof = G::kDof, kAxes = static_cast<int>(G::Vector::RowsAtCompileTime);
+  constexpr double kPi = std::numbers::pi, kError_m = 0.9;
+  SquareOf<G> s = 41e-4 * SquareOf<G>::Identity(), unrelated = kPi * kPi / 3.0 * s.Identity();
+  for (int k = 0; k < kAxes; ++k) {
+    s(k, k) = k == 0 ? 0.4004 : 0.4004 + 2.054;
+    unrelated(k, k) = 2.0 * 140.0 / kAxes;
+  }
+  s(1, kDof - 1) = s(kDof - 1, 1) = 0.078;
+  if (kDof == 6) s(2, kDof - 2) = s(kDof - 2, 2) = -0.078;
+  const double ball = kDof == 3 ? 4.0 / 3.0 * kPi : kPi * kPi * kPi / 6.0;
+  const double p = ball * std::pow(kError_m * kError_m / 0.4004, 0.5 * kDof) *
+                   std::sqrt(s.determinant() / (s + unrelated).eval().determinant()) *
+                   std::pow(2.0 * kPi, -0.5 * kDof);
+  for (const double part : {0.98, 1.02}) {
+    PoseGraph<G> graph = straight_chain<G>(41);
+    for (int i = 0; i < 40; ++i) join_ahead(graph, i, i + 1, 1.0, false);
+    join_ahead(graph, 0, 40, 40.0 + kError_m, true);
+    const auto report =
+        optimise_consistent_loops(graph, {.max_false = part * p, .noise_scale = 1.0});
+    ASSERT_TRUE(report) << report.error().to_string();
+    EXPECT_EQ(report->rejected, part > 1.0 ? std::vector<int>{} : std::vector<int>{40}) << p;
+    EXPECT_EQ(report->undecided, report->rejected);
+    EXPECT_EQ(report->noise_scale, 1.0);
+    EXPECT_GT(report->rounds, 0);
+    EXPECT_GT(report->iterations, 0);
+  }
+}
+
+// Loops over ten steps of an exact chain whose errors along it have given d², in quantiles of χ² at
+// 1/4; S is there 10 · 0.01 + 4e-4. Of 25 loops the seventh least, at the quarter, gives the scale,
+// (1 + 5/√25) · 0.2; of one, 1 + 5 times its own, from 1/32 to 1.
+TYPED_TEST(LoopConsistency, TheScaleOfTheNoiseIsThatOfTheBestQuarter) {
+  using G = TypeParam;
+  std::vector<double> quarter(25, 0.8);
+  std::fill_n(quarter.begin(), 6, 0.0);
+  quarter[11] = 0.2;
+  for (const auto& [quantiles, scale] : {std::pair{quarter, 0.4},
+                                         {std::vector{0.1}, 0.6},
+                                         {std::vector{0.0}, 1.0 / 32.0},
+                                         {std::vector{0.2}, 1.0}}) {
+    PoseGraph<G> graph = straight_chain<G>(35);
+    for (int i = 0; i < 34; ++i) join_ahead(graph, i, i + 1, 1.0, false);
+    for (std::size_t k = 0; k < quantiles.size(); ++k) {
+      const double square = quantiles[k] * chi_square_quantile(0.25, G::kDof);
+      const int from = static_cast<int>(k);
+      join_ahead(graph, from, from + 10, 10.0 + std::sqrt(square * 0.1004), true);
+    }
+    const auto report = optimise_consistent_loops(graph);
+    ASSERT_TRUE(report) << report.error().to_string();
+    EXPECT_NEAR(report->noise_scale, scale, 1e-6);
+  }
 }
 
 TYPED_TEST(LoopConsistency, DoesNotDependOnThreadsNorOnInitialPoses) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -123,6 +124,23 @@ TYPED_TEST(StartTest, TheTreePrefersTheLessUncertainPathToTheShorterOne) {
   graph.edges[0].information *= 1000.0;
   ASSERT_TRUE(start_from_tree(graph));
   EXPECT_EQ(graph.poses[2].translation()[0], 9.0);
+}
+
+// Size of a path: Σ var x + var y + (2 m)² var θ. An edge of 0.4 + 0.2 m² and 0.1 rad², 1 m² in
+// all, against two of var θ each, 8 · 0.12 or 8 · 0.13 m².
+TEST(StartInThePlane, ARotationCountsAsTwoMetres) {
+  const auto ahead = [](double x) { return SE2d(x, 0.0, Angle()); };
+  constexpr double kExact = 1e12;
+  for (const auto& [variance, x] : {std::pair{0.12, 2.0}, {0.13, 9.0}}) {
+    const Eigen::Matrix3d turns = Eigen::Vector3d(kExact, kExact, 1.0 / variance).asDiagonal();
+    PoseGraph<SE2d> graph;
+    graph.poses.resize(3);
+    graph.edges = {{0, 2, ahead(9.0), Eigen::Vector3d(2.5, 5.0, 10.0).asDiagonal(), false},
+                   {0, 1, ahead(1.0), turns, false},
+                   {1, 2, ahead(1.0), turns, false}};
+    ASSERT_TRUE(start_from_tree(graph));
+    EXPECT_EQ(graph.poses[2].translation()[0], x) << variance;
+  }
 }
 
 // A ring of n equal steps that rotate by α each, where nα is not a full turn. With w_k = z_k
