@@ -61,6 +61,15 @@ TEST(HeldScan, IsNotConstrainedByUnobservedCells) {
                                 {0.5, 0.5, Angle::degrees(20)}, {.covariance = true});
   ASSERT_TRUE(match && *match && (*match)->constraint);
   EXPECT_EQ((*match)->constraint->displacement_cost_nats, 0.0);
+  // Every residual is r = 1 − p of an unobserved cell, with the default σ of 0.4; no point is on a
+  // wall, so that only the window bounds the pose.
+  const double r = 1.0 - static_cast<double>(map.tables().back().unknown()) / ProbabilityGrid::kOne;
+  EXPECT_NEAR((*match)->score, 1.0 - r, 1e-6);
+  EXPECT_NEAR((*match)->mean_log_likelihood, -r * r / (2.0 * 0.4 * 0.4), 1e-5);
+  EXPECT_EQ((*match)->constraint->share, 0.0);
+  const double turn = Angle::degrees(20).radians();
+  const Eigen::Matrix3d want = Eigen::Vector3d(0.25, 0.25, turn * turn).asDiagonal();
+  EXPECT_LT((*(*match)->covariance - want).norm(), 1e-9);
 }
 
 }  // namespace

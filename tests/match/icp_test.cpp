@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/match/registration.hpp>
@@ -102,6 +104,41 @@ TEST(Icp, EqualsThePlainIterationInDoublePrecision) {
     const Eigen::Vector3d apart = (*got)->T_map_points.minus(want);
     EXPECT_LT(apart.head<2>().norm(), 1e-3) << i;
     EXPECT_LT(std::abs(apart[2]), 3e-4) << i;
+  }
+}
+
+// A long wall along x; on it, 1 σ and 2 σ off it, and without a pair: ln p = 0, −1/2, −2 and ln
+// 0.01. The gradients are (0, 1, x). Along x only the window holds, the larger of its half extents,
+// 0.5 m.
+TEST(Icp, FiguresAndCovarianceOfFourPoints) {
+  PointSet wall, seen;
+  for (int i = -400; i <= 400; ++i) wall.push_back({0.01F * static_cast<float>(i), 1.0F});
+  const PlacedPoints placed{&wall, SE2d()};
+  const auto map = SurfaceMap::make({&placed, 1}, {.spacing_m = 0.01});
+  ASSERT_TRUE(map);
+  for (const auto& [x, y] : {std::pair{-2.0F, 1.0F}, {-1.0F, 1.03F}, {1.0F, 1.06F}, {2.0F, 2.0F}})
+    seen.push_back({x, y});
+  const double turn = Angle::degrees(20).radians(), floor = std::log(0.01);
+  for (const SearchWindow& window :
+       {SearchWindow{0.3, 0.5, Angle::degrees(20)}, SearchWindow{0.5, 0.3, Angle::degrees(20)}}) {
+    const auto match =
+        IcpMatcher({.max_iterations = 0, .sigma_m = 0.03})
+            .match(*map, seen, SE2d(), window, {.independent_points = 2.0, .covariance = true});
+    ASSERT_TRUE(match && *match && (*match)->covariance);
+    const double mean = (0.0 - 0.5 - 2.0 + floor) / 4.0;
+    EXPECT_NEAR((*match)->mean_log_likelihood, mean, 1e-4);
+    EXPECT_NEAR((*match)->score, 1.0 - mean / floor, 1e-4);
+    Eigen::Matrix3d information = Eigen::Vector3d(4.0, 4.0, 1.0 / (turn * turn)).asDiagonal();
+    for (const double x : {-2.0, -1.0, 1.0}) {  // two of the four points are independent
+      const Eigen::Vector3d g(0.0, 1.0, x);
+      information += 0.5 / (0.03 * 0.03) * g * g.transpose();
+    }
+    const Eigen::Matrix3d& got = *(*match)->covariance;
+    const Eigen::Matrix3d want = information.inverse();
+    EXPECT_NEAR(got(0, 0), 0.25, 1e-6);
+    for (int i = 1; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        EXPECT_NEAR(got(i, j), want(i, j), 1e-4 * std::sqrt(want(i, i) * want(j, j))) << i << j;
   }
 }
 

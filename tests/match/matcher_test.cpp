@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
@@ -51,6 +52,14 @@ TEST(Matchers, EqualBruteForceOnRandomScenes) {
     ASSERT_TRUE(shape) << shape.error().to_string();
     const Reference want = brute_force(grid, points, prior, *shape, options);
     none += !want.found;
+    const double n = static_cast<double>(points.size());
+    if (want.found) {
+      // The surface contains the floor of the points that count as independent.
+      const double independent = options.independent_points > 0 ? options.independent_points : n;
+      EXPECT_NEAR(shape->at(want.candidate),
+                  want.objective + std::min(n, independent) * grid.log_floor(),
+                  1e-9 * (1.0 + std::abs(want.objective)));
+    }
     for (const auto& got :
          {correlative.match(grid, points, prior, window, options),
           branch_and_bound.match(PrecomputationGrids(grid), points, prior, window, options)}) {
@@ -61,6 +70,8 @@ TEST(Matchers, EqualBruteForceOnRandomScenes) {
       EXPECT_EQ((*got)->candidate.heading_step, want.candidate.heading_step);
       EXPECT_DOUBLE_EQ((*got)->score,
                        static_cast<double>(want.sum) / static_cast<double>(points.size()) / 4080);
+      EXPECT_NEAR((*got)->mean_log_likelihood,
+                  grid.log_floor() + grid.log_step() * static_cast<double>(want.sum) / n, 1e-12);
     }
   }
   EXPECT_GT(none, 5);  // rejections were among the cases
@@ -101,6 +112,77 @@ TEST(Matchers, BreakTiesByDistanceToThePriorThenInOrder) {
   const Candidate want{{0, -3}, 0};  // equally near: the lowest row
   EXPECT_EQ((**correlative.match(grid, one, SE2d(), still)).candidate, want);
   EXPECT_EQ((**bounded.match(PrecomputationGrids(grid), one, SE2d(), still)).candidate, want);
+}
+
+double uniform_variance(double width) { return width * width / 12.0; }
+
+// In a map of one value all candidates are equal: the distribution is uniform over the window with
+// its outer cells, (2n + 1) r wide, along the map's axes. A point at 1 m moves by a cell of 5 cm at
+// 2 asin(0.025) = 0.050005 rad: ±10° are 4 steps of 2.5° to either side; ±0.31 m and ±0.2 m are 7
+// and 4 cells.
+TEST(Correlative, CovarianceOfAFlatMapIsThatOfTheWindow) {
+  constexpr std::uint16_t kHalf = LikelihoodField::kMaxValue / 2;
+  constexpr double kFloor = 0.5;
+  LikelihoodField flat;
+  ASSERT_TRUE(flat.reset(0.05, {{-200, -200}, {199, 199}}, kFloor));
+  for (int y = 0; y < 400; ++y) std::fill_n(flat.data() + y * flat.stride(), 400, kHalf);
+  const double log_p = 0.5 * std::log(kFloor);
+  PointSet one;
+  one.push_back({0.0F, 1.0F});
+  const SE2d prior(0.3, -0.2, Angle::degrees(30));
+  const SearchWindow window{0.31, 0.2, Angle::degrees(10)};
+  CorrelativeMatcher matcher;
+  const auto shape = matcher.surface(flat, one, prior, window);
+  ASSERT_TRUE(shape);
+  EXPECT_EQ(shape->half_x, 7);
+  EXPECT_EQ(shape->half_y, 4);
+  EXPECT_EQ(shape->half_heading, 4);
+  EXPECT_EQ(shape->resolution_m, 0.05);
+  EXPECT_NEAR(shape->heading_step.degrees(), 2.5, 1e-12);
+  EXPECT_NEAR(shape->at({{7, -4}, 4}), log_p, 1e-9);
+  const auto match = matcher.match(flat, one, prior, window, {.covariance = true});
+  ASSERT_TRUE(match && *match && (*match)->covariance);
+  EXPECT_EQ((*match)->candidates, 15 * 9 * 9);
+  EXPECT_NEAR((*match)->mean_log_likelihood, log_p, 1e-9);
+  EXPECT_NEAR((*match)->score, 0.5, 1e-12);
+  const double turn_step = Angle::degrees(2.5).radians();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  rotation.topLeftCorner<2, 2>() = prior.rotation().matrix();
+  const Eigen::Matrix3d along_map =
+      Eigen::Vector3d(uniform_variance(15 * 0.05), uniform_variance(9 * 0.05),
+                      uniform_variance(9 * turn_step))
+          .asDiagonal();
+  EXPECT_LT((*(*match)->covariance - rotation.transpose() * along_map * rotation).norm(), 1e-9);
+  // A prior of 0.1 m, 0.15 m and 0.04 rad in its own axes, far inside the window, is the
+  // distribution; a cell and a heading step add their own variance.
+  MatchOptions options{.covariance = true};
+  options.prior_information = Eigen::Vector3d(100.0, 1.0 / 0.0225, 625.0).asDiagonal();
+  const auto held = matcher.match(flat, one, prior, {0.8, 0.8, Angle::degrees(10)}, options);
+  ASSERT_TRUE(held && *held && (*held)->covariance);
+  const Eigen::Matrix3d posterior =
+      Eigen::Vector3d(0.01 + uniform_variance(0.05), 0.0225 + uniform_variance(0.05),
+                      0.0016 + uniform_variance(turn_step))
+          .asDiagonal();
+  EXPECT_LT((*(*held)->covariance - posterior).norm(), 1e-6);
+}
+
+// Of ±8 cells and ±8 heading steps about the match, whatever the window: 17 of each.
+TEST(BranchAndBound, CovarianceOfAFlatMapIsThatOfEightSteps) {
+  LikelihoodField flat;
+  ASSERT_TRUE(flat.reset(0.05, {{-20, -20}, {20, 20}}, 0.5));
+  PointSet one;
+  one.push_back({0.0F, 1.0F});
+  const double step = 2.0 * std::asin(0.025);
+  const auto match =
+      BranchAndBoundMatcher().match(PrecomputationGrids(flat), one, SE2d(),
+                                    {0.3, 0.1, Angle::radians(4 * step)}, {.covariance = true});
+  ASSERT_TRUE(match && *match && (*match)->covariance);
+  EXPECT_EQ((*match)->candidates, 13 * 5 * 9);
+  const Eigen::Matrix3d want =
+      Eigen::Vector3d(uniform_variance(17 * 0.05), uniform_variance(17 * 0.05),
+                      uniform_variance(17 * step))
+          .asDiagonal();
+  EXPECT_LT((*(*match)->covariance - want).norm(), 1e-6);
 }
 
 TEST(Correlative, CovarianceIsWideAlongACorridor) {
