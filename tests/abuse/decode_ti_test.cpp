@@ -44,12 +44,15 @@ TEST(TiAbuse, PointsThatAreNotFiniteAreLeftOut) {
     for (std::size_t k = 0; k < 4; ++k) {
       std::vector<float> values = {1, 2, 3, 4, 5, 6, 7, 8};
       values[k] = static_cast<float>(bad);
+      int seen = 0;
       tests::each_ti_frame(tests::ti_float_frame(values), [&](const TiFrame& frame) {
+        ++seen;
         ASSERT_EQ(frame.size(), 2U);
         const RadarScan scan = to_radar_scan(frame, LogTime{});
         ASSERT_EQ(scan.points.size(), 1U);
         EXPECT_EQ(scan.points[0].x_m, 6.0F);
       });
+      EXPECT_EQ(seen, 1);
     }
   // Before SDK 3 speeds are bins: a step that is not finite has none.
   int frames = 0;

@@ -100,7 +100,9 @@ TEST(TiCaptures, PointsAreOnTheGrid) {
     return std::abs(value / step - std::round(value / step));
   };
   double range = 0.0, speed = 0.0, azimuth = 0.0;
+  std::size_t points = 0;
   each_frame(testing::file_bytes(path), [&](const TiFrame& f) {
+    points += f.size();
     for (std::size_t i = 0; i < f.size(); ++i) {
       const TiPoint p = f[i];
       const double r = std::hypot(double(p.x_m), double(p.y_m));
@@ -111,6 +113,7 @@ TEST(TiCaptures, PointsAreOnTheGrid) {
       ASSERT_LE(std::abs(double(p.doppler_mps)), limits.max_speed_mps + 1e-5);
     }
   });
+  EXPECT_GT(points, 199U);  // there are as many frames
   EXPECT_LT(range, 1e-3);
   EXPECT_LT(speed, 1e-5);
   EXPECT_LT(azimuth, 1e-4);

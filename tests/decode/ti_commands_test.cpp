@@ -93,6 +93,35 @@ TEST(TiDialogue, NoiseIsNoAnswer) {
   EXPECT_THAT(dialogue.error()->message, HasSubstr("no sensor's command port"));
 }
 
+TEST(TiDialogue, OtherAnswersThanDone) {
+  for (const auto& [text, good] : {std::pair{"Skipped", true},
+                                   {"Ignored: Sensor is already stopped", true},
+                                   {"Done", true},
+                                   {"Almost Done", false}}) {
+    TiDialogue dialogue("sensorStop", "radar.cfg");
+    ASSERT_TRUE(dialogue.next());
+    dialogue.feed(answer("sensorStop", text));
+    EXPECT_EQ(dialogue.is_done(), good) << text;
+    EXPECT_EQ(dialogue.error().has_value(), !good) << text;
+  }
+}
+
+// 4096 bytes without a prompt may be an answer yet; of a fault 120 characters are shown.
+TEST(TiDialogue, LengthsOfAnswers) {
+  TiDialogue dialogue("sensorStop", "radar.cfg");
+  ASSERT_TRUE(dialogue.next());
+  dialogue.feed(std::string(4096, 'x'));
+  EXPECT_FALSE(dialogue.error());
+  dialogue.feed("x");
+  EXPECT_TRUE(dialogue.error());
+
+  TiDialogue faulty("sensorStop", "radar.cfg");
+  ASSERT_TRUE(faulty.next());
+  faulty.feed(answer("sensorStop", "Error " + std::string(200, '7')));
+  ASSERT_TRUE(faulty.error());
+  EXPECT_THAT(faulty.error()->message, HasSubstr("'Error " + std::string(114, '7') + "'"));
+}
+
 TEST(TiDialogue, AConfigurationWithoutCommandsIsDone) {
   for (const char* text : {"", "\n\n", "% only\n%comments"}) {
     TiDialogue dialogue(text, "empty.cfg");

@@ -1,6 +1,8 @@
 #include <wayfare/decode/ti_decoder.hpp>
 
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
@@ -81,6 +83,40 @@ TEST(Ti, ShortHeaders) {
   }
 }
 
+// The first SDK up to 1.0.0.5 and xWR14xx have 36 bytes.
+TEST(Ti, BytesOfTheDemosHeader) {
+  for (const auto& [version, platform, bytes] : {std::tuple{0x01000005U, 0xA1642U, 36U},
+                                                 {0x01000006U, 0xA1642U, 40U},
+                                                 {0x03060000U, 0xA1443U, 36U},
+                                                 {0x03060000U, 0xA1843U, 40U}})
+    EXPECT_EQ((TiHeader{version, 0, platform}.bytes()), bytes) << version << ", " << platform;
+}
+
+TEST(Ti, StatisticsAndTemperatures) {
+  for (const std::uint32_t report : {0U, 1U}) {
+    Item temperatures = item_of<std::uint32_t>(9, {report, 123'456});
+    for (int i = 0; i < 10; ++i)
+      append(temperatures.payload, static_cast<std::int16_t>(20 - 5 * i));
+    const Item statistics = item_of<std::uint32_t>(6, {1, 2, 3, 4, 5, 6});
+    int frames = 0;
+    each_frame(frame(1, 0, {statistics, temperatures}), [&](const TiFrame& f) {
+      ++frames;
+      const TiStatistics s = f.statistics().value_or(TiStatistics{});
+      EXPECT_EQ(s.processing_us, 1U);
+      EXPECT_EQ(s.transmit_us, 2U);
+      EXPECT_EQ(s.frame_margin_us, 3U);
+      EXPECT_EQ(s.chirp_margin_us, 4U);
+      EXPECT_EQ(s.active_load_percent, 5U);
+      EXPECT_EQ(s.idle_load_percent, 6U);
+      const TiTemperature t = f.temperature().value_or(TiTemperature{});
+      EXPECT_EQ(t.valid, report == 0);
+      EXPECT_EQ(t.time_ms, 123'456U);
+      for (int i = 0; i < 10; ++i) EXPECT_EQ(t.celsius[i], 20 - 5 * i) << i;
+    });
+    EXPECT_EQ(frames, 1);
+  }
+}
+
 TEST(Ti, UnknownAndMalformedItemsAreSkipped) {
   const Stream bytes =
       frame(1, 1, {{1000, Stream(77)}, float_points(1), {6, Stream(128)}, {9, {}}});
@@ -147,6 +183,19 @@ TEST(Ti, CyclesWrapAround) {
   const auto first = clock.at(header);
   header.cycles += 20'000'000U;  // 0.1 s at 200 MHz, past 2³²
   EXPECT_EQ(clock.at(header) - first, std::chrono::milliseconds(100));
+}
+
+// 200 MHz from SDK 3 on, 600 MHz before.
+TEST(Ti, TheClockRunsAsFastAsItsCore) {
+  for (const auto& [version, hz] :
+       {std::pair{0x02010000U, 600e6}, {0x03000000U, 200e6}, {0x05050000U, 200e6}}) {
+    TiClock clock;
+    TiHeader header{version, 0, 0xA1843, 1, 6'000'000U, 0, 0, 0};
+    const auto first = clock.at(header);
+    EXPECT_EQ(first.nanoseconds(), std::llround(6e6 * 1e9 / hz));
+    header.cycles += 60'000'000U;
+    EXPECT_EQ(clock.at(header) - first, from_seconds(60e6 / hz));
+  }
 }
 
 TEST(Ti, SatisfiesTheLaws) {

@@ -59,10 +59,11 @@ void expect_point(const TiPoint& p, float snr_ratio) {
 const CompressedPoint kPoint{10, 20, -15, 8000, 500};  // 500 units of 0.04: 20, or 13.0 dB
 
 TEST(TiTracking, PeopleCountingIn3dWithTheDemosHeader) {
-  const Stream bytes = frame(3, 2,
-                             {compressed_points(1020, {kPoint, kPoint}),
-                              entries(1010, {numbered(27)}), item_of<std::uint8_t>(1011, {0, 255}),
-                              entries(1012, {{1.8F, 0.1F}}), item_of<std::uint32_t>(1021, {1})});
+  const Stream bytes =
+      frame(3, 2,
+            {compressed_points(1020, {kPoint, kPoint}), entries(1010, {numbered(27)}),
+             item_of<std::uint8_t>(1011, {0, 255}), entries(1012, {{1.8F, 0.1F}, {1.2F, 0.3F}}),
+             item_of<std::uint32_t>(1021, {1})});
   one_frame(bytes, [](const TiFrame& f) {
     EXPECT_EQ(f.header().layout, TiLayout::demo);
     EXPECT_EQ(f.encoding(), TiPoints::compressed);
@@ -81,8 +82,12 @@ TEST(TiTracking, PeopleCountingIn3dWithTheDemosHeader) {
     EXPECT_EQ(targets[0].confidence, 27.0F);
     ASSERT_EQ(ti_target_index(f).size(), 2U);
     EXPECT_EQ(ti_target_index(f)[1], 255);
-    ASSERT_EQ(ti_height_count(f), 1U);
+    ASSERT_EQ(ti_height_count(f), 2U);
+    EXPECT_EQ(ti_height(f, 0).id, 40U);
     EXPECT_EQ(ti_height(f, 0).top_m, 1.8F);
+    EXPECT_EQ(ti_height(f, 0).bottom_m, 0.1F);
+    EXPECT_EQ(ti_height(f, 1).id, 41U);
+    EXPECT_EQ(ti_height(f, 1).bottom_m, 0.3F);
     EXPECT_EQ(ti_presence(f), true);
     EXPECT_FALSE(ti_vital_signs(f));
     const RadarScan scan = to_radar_scan(f, LogTime{});
@@ -139,8 +144,12 @@ TEST(TiTracking, PeopleCountingInAPlane) {
       const TiTarget t = ti_targets(f)[0];
       EXPECT_EQ(t.position_m, (std::array<float, 3>{1, 2, 0}));
       EXPECT_EQ(t.velocity_mps, (std::array<float, 3>{3, 4, 0}));
+      EXPECT_EQ(t.acceleration_mps2, (std::array<float, 3>{5, 6, 0}));
       EXPECT_EQ(t.gain, 16.0F);
       EXPECT_EQ(std::isnan(t.confidence), floats == 16);
+      if (floats == 17) {
+        EXPECT_EQ(t.confidence, 17.0F);
+      }
     });
   }
 }
@@ -187,7 +196,44 @@ TEST(TiTracking, PointsOfLowPowerSensors) {
               EXPECT_EQ(f[0].noise_ddb, 400);
               EXPECT_TRUE(f.has_noise());
               EXPECT_EQ(f.find(TiTlv::range_profile_major).size(), 12U);
+              ASSERT_EQ(ti_linear_profile(f).size(), 3U);
+              EXPECT_EQ(ti_linear_profile(f)[2], 3U);
+              std::vector<float> noise{1.0F, 2.0F};
+              const RadarScan scan = to_radar_scan(f, LogTime{}, 0.0, &noise);
+              ASSERT_EQ(scan.points.size(), 1U);
+              EXPECT_FLOAT_EQ(scan.points[0].snr_db, 15.0F);
+              EXPECT_EQ(noise, std::vector<float>{40.0F});  // 400 tenths of dB
             });
+  // Without a noise of the points there is none, whatever was there before.
+  one_frame(frame(1, 1, {float_points(1)}), [](const TiFrame& f) {
+    std::vector<float> noise{1.0F};
+    EXPECT_EQ(to_radar_scan(f, LogTime{}, 0.0, &noise).points.size(), 1U);
+    EXPECT_TRUE(noise.empty());
+  });
+}
+
+// Items 308 and 309 are as 1010 and 1011, which come first; 303 is as 302.
+TEST(TiTracking, TargetsAndProfilesOfLowPowerSensors) {
+  const std::vector<Item> packed = {entries(308, {numbered(27, 2.0F)}),
+                                    item_of<std::uint8_t>(309, {7, 254}),
+                                    item_of<std::uint32_t>(303, {4, 5})};
+  one_frame(frame(1, 0, packed, 0x05050000, 0xA6432), [](const TiFrame& f) {
+    ASSERT_EQ(ti_targets(f).size(), 1U);
+    EXPECT_EQ(ti_targets(f)[0].position_m, (std::array<float, 3>{2, 3, 4}));
+    ASSERT_EQ(ti_target_index(f).size(), 2U);
+    EXPECT_EQ(ti_target_index(f)[1], 254);
+    ASSERT_EQ(ti_linear_profile(f).size(), 2U);
+    EXPECT_EQ(ti_linear_profile(f)[1], 5U);
+  });
+  std::vector<Item> both = packed;
+  both.push_back(entries(1010, {numbered(27)}));
+  both.push_back(item_of<std::uint8_t>(1011, {1}));
+  both.push_back(item_of<std::uint32_t>(302, {6}));
+  one_frame(frame(1, 0, both, 0x05050000, 0xA6432), [](const TiFrame& f) {
+    EXPECT_EQ(ti_targets(f)[0].position_m, (std::array<float, 3>{1, 2, 3}));
+    EXPECT_EQ(ti_target_index(f).size(), 1U);
+    EXPECT_EQ(ti_linear_profile(f).size(), 1U);
+  });
 }
 
 TEST(TiTracking, VitalSigns) {
@@ -196,11 +242,15 @@ TEST(TiTracking, VitalSigns) {
   one_frame(frame(1, 0, {item}), [](const TiFrame& f) {
     const auto v = ti_vital_signs(f);
     ASSERT_TRUE(v);
+    EXPECT_EQ(v->id, 2);
     EXPECT_EQ(v->range_bin, 77);
+    EXPECT_EQ(v->breath_deviation, 1.0F);
     EXPECT_EQ(v->heart_per_min, 2.0F);
     EXPECT_EQ(v->breath_per_min, 3.0F);
-    EXPECT_EQ(v->heart_waveform[14], 18.0F);
-    EXPECT_EQ(v->breath_waveform[0], 19.0F);
+    for (std::size_t i = 0; i < 15; ++i) {  // the numbers from the fourth and the 19th on
+      EXPECT_EQ(v->heart_waveform[i], static_cast<float>(4 + i));
+      EXPECT_EQ(v->breath_waveform[i], static_cast<float>(19 + i));
+    }
   });
 }
 
@@ -282,6 +332,29 @@ TEST(TiTracking, ARefusalNamesTheHeader) {
   const TiRefusal header = refusal_of(unknown);
   EXPECT_EQ(header.fault, TiFault::header);
   EXPECT_THAT(to_string(header), HasSubstr("of no known header"));
+}
+
+// 40 + 8 + 32 bytes, filled up to 96, behind five others; a point more is counted.
+TEST(TiTracking, ARefusalInWords) {
+  EXPECT_EQ(to_string(refusal_of(joined({Stream(5), frame(7, 3, {float_points(2)}, 0x03060201)}))),
+            "byte 5: recognised the demo's header of 40 bytes (version 3.6.2.1, platform A1843, "
+            "frame 7, 96 bytes, 1 items, 3 points): it counts other points than there are");
+  EXPECT_THAT(to_string(refusal_of(frame(7, 3, {float_points(2)}, 0x03060201, 0xA1443))),
+              HasSubstr("the demo's header of 36 bytes (version 3.6.2.1, platform A1443"));
+  Item odd = item_of<float>(6, numbered(3));
+  EXPECT_EQ(to_string(refusal_of(tracker_2d_frame(9, {odd}))),
+            "byte 0: recognised the header of 52 bytes of people counting in a plane (version "
+            "1.2.0.3, platform A1642, frame 9, 96 bytes, 1 items, 0 points): the item of type 6 "
+            "has an impossible length");
+  // A header of which 36 bytes precede the next frame.
+  Stream cut = frame(7, 0, {});
+  cut.resize(36);
+  const auto decoder = std::make_unique<TiDecoder>();
+  int frames = 0;
+  decoder->feed(joined({cut, frame(8, 0, {})}), [&](const TiFrame&) { ++frames; });
+  EXPECT_EQ(frames, 1);
+  EXPECT_EQ(decoder->framing().refusal().fault, TiFault::length);
+  EXPECT_THAT(to_string(decoder->framing().refusal()), HasSubstr("it ends within the header"));
 }
 
 testing::DecoderLaws<TiDecoder> laws_of(const Stream& stream) { return {stream, kAsText}; }
