@@ -82,10 +82,62 @@ TEST(Ubx, RawMeasurementsReadBack) {
   EXPECT_EQ(epochs, 1U);
 }
 
+// As the interface description numbers messages (class, id) and systems (gnssId).
+TEST(Ubx, NumbersOfMessagesAndSystems) {
+  EXPECT_EQ(static_cast<int>(UbxId::nav_pvt), 0x0107);
+  EXPECT_EQ(static_cast<int>(UbxId::rxm_sfrbx), 0x0213);
+  EXPECT_EQ(static_cast<int>(UbxId::rxm_rawx), 0x0215);
+  EXPECT_EQ(static_cast<int>(UbxGnss::gps), 0);
+  EXPECT_EQ(static_cast<int>(UbxGnss::sbas), 1);
+  EXPECT_EQ(static_cast<int>(UbxGnss::galileo), 2);
+  EXPECT_EQ(static_cast<int>(UbxGnss::beidou), 3);
+  EXPECT_EQ(static_cast<int>(UbxGnss::qzss), 5);
+  EXPECT_EQ(static_cast<int>(UbxGnss::glonass), 6);
+  EXPECT_EQ(static_cast<int>(UbxGnss::navic), 7);
+}
+
+// Byte by byte: a message with each bit of its two fields of flags, and with the exponents of the
+// standard deviations beside bits that are not theirs.
+TEST(Ubx, FlagsAndExponentsOfRawMeasurements) {
+  for (unsigned bit = 0; bit < 8; ++bit) {
+    UbxBytes p(16 + 32);
+    p[10] = 0xEE;  // −18
+    p[11] = 1;
+    p[12] = p[46] = static_cast<std::uint8_t>(1U << bit);
+    p[36] = 6, p[37] = 4, p[38] = 2, p[39] = 13;  // channel 13 − 7
+    store_le<std::uint16_t>(1500, &p[40]);
+    p[43] = 0xF5, p[44] = 0xF2, p[45] = 0xF7;  // the lower four bits: 5, 2, 7
+    int seen = 0;
+    each_ubx(ubx(UbxId::rxm_rawx, p), [&](const UbxMessage& message) {
+      ++seen;
+      const auto raw = rxm_rawx(message);
+      ASSERT_TRUE(raw);
+      EXPECT_EQ(raw->epoch().leap_seconds, -18);
+      EXPECT_EQ(raw->epoch().leap_seconds_known, bit == 0);
+      EXPECT_EQ(raw->epoch().clock_reset, bit == 1);
+      const UbxMeasurement m = raw->measurement(0);
+      EXPECT_EQ(m.gnss, UbxGnss::glonass);
+      EXPECT_EQ(m.signal, 2);
+      EXPECT_EQ(m.glonass_channel, 6);
+      EXPECT_DOUBLE_EQ(m.lock_time_s, 1.5);
+      EXPECT_DOUBLE_EQ(m.pseudorange_sigma_m, 0.32);          // 0.01 · 2⁵
+      EXPECT_DOUBLE_EQ(m.carrier_phase_sigma_cycles, 0.008);  // 0.004 · 2
+      EXPECT_DOUBLE_EQ(m.doppler_sigma_hz, 0.256);            // 0.002 · 2⁷
+      EXPECT_EQ(m.pseudorange_valid, bit == 0);
+      EXPECT_EQ(m.carrier_phase_valid, bit == 1);
+      EXPECT_EQ(m.half_cycle_resolved, bit == 2);
+      EXPECT_EQ(m.half_cycle_subtracted, bit == 3);
+    });
+    EXPECT_EQ(seen, 1);
+  }
+}
+
 TEST(Ubx, SubframeWords) {
+  int seen = 0;
   UbxBytes payload = {2, 11, 1, 0, 3, 0, 2, 0};
   for (const std::uint32_t word : {0x8B0000AAU, 1U, 0xFFFFFFFFU}) put_le(payload, word);
-  each_ubx(ubx(UbxId::rxm_sfrbx, payload), [](const UbxMessage& m) {
+  each_ubx(ubx(UbxId::rxm_sfrbx, payload), [&](const UbxMessage& m) {
+    ++seen;
     const auto frame = rxm_sfrbx(m);
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->gnss(), UbxGnss::galileo);
@@ -93,11 +145,23 @@ TEST(Ubx, SubframeWords) {
     EXPECT_EQ(frame->signal(), 1);
     ASSERT_EQ(frame->size(), 3U);
     EXPECT_EQ(frame->word(0), 0x8B0000AAU);
+    EXPECT_EQ(frame->word(1), 1U);
     EXPECT_EQ(frame->word(2), 0xFFFFFFFFU);
+    EXPECT_EQ(frame->glonass_channel(), 0);
   });
+  payload[0] = 6, payload[3] = 4;  // of GLONASS, 4 − 7
+  each_ubx(ubx(UbxId::rxm_sfrbx, payload), [&](const UbxMessage& m) {
+    ++seen;
+    const auto frame = rxm_sfrbx(m);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->gnss(), UbxGnss::glonass);
+    EXPECT_EQ(frame->glonass_channel(), -3);
+  });
+  EXPECT_EQ(seen, 2);
 }
 
 TEST(Ubx, PositionVelocityTime) {
+  int seen = 0;
   UbxBytes p(92);
   store_le<std::uint32_t>(123456000, &p[0]);
   store_le<std::uint16_t>(2022, &p[4]);
@@ -112,7 +176,8 @@ TEST(Ubx, PositionVelocityTime) {
   store_le<std::int32_t>(-12'345, &p[48]);
   store_le<std::int32_t>(-4'500'000, &p[64]);
   store_le<std::uint16_t>(123, &p[76]);
-  each_ubx(ubx(UbxId::nav_pvt, p), [](const UbxMessage& m) {
+  each_ubx(ubx(UbxId::nav_pvt, p), [&](const UbxMessage& m) {
+    ++seen;
     const auto v = nav_pvt(m);
     ASSERT_TRUE(v);
     EXPECT_DOUBLE_EQ(v->time_of_week_s, 123456.0);
@@ -133,12 +198,50 @@ TEST(Ubx, PositionVelocityTime) {
     EXPECT_DOUBLE_EQ(v->course_deg, -45.0);
     EXPECT_DOUBLE_EQ(v->pdop, 1.23);
   });
+  EXPECT_EQ(seen, 1);
+}
+
+// Flags valid (byte 11) and flags (byte 21) bit by bit, accuracies and the other velocities.
+TEST(Ubx, AccuraciesAndFlagsOfAPosition) {
+  UbxBytes p(92);
+  store_le<std::uint32_t>(25, &p[12]);
+  store_le<std::uint32_t>(23, &p[44]);
+  store_le<std::int32_t>(1'500, &p[52]);
+  store_le<std::int32_t>(-2'500, &p[56]);
+  store_le<std::int32_t>(12'500, &p[60]);
+  store_le<std::uint32_t>(340, &p[68]);
+  store_le<std::uint32_t>(150'000, &p[72]);
+  int seen = 0;
+  for (int bit = 0; bit < 8; ++bit) {
+    p[11] = p[21] = static_cast<std::uint8_t>(1 << bit);
+    each_ubx(ubx(UbxId::nav_pvt, p), [&](const UbxMessage& m) {
+      ++seen;
+      const auto v = nav_pvt(m);
+      ASSERT_TRUE(v);
+      EXPECT_EQ(v->date_valid, bit == 0);
+      EXPECT_EQ(v->time_valid, bit == 1);
+      EXPECT_EQ(v->time_resolved, bit == 2);
+      EXPECT_EQ(v->fix_ok, bit == 0);
+      EXPECT_EQ(v->differential, bit == 1);
+      EXPECT_EQ(v->carrier_solution, bit < 6 ? 0 : bit - 5);
+      EXPECT_DOUBLE_EQ(v->time_sigma_s, 25e-9);
+      EXPECT_DOUBLE_EQ(v->vertical_sigma_m, 0.023);
+      EXPECT_DOUBLE_EQ(v->velocity_ned_mps[1], 1.5);
+      EXPECT_DOUBLE_EQ(v->velocity_ned_mps[2], -2.5);
+      EXPECT_DOUBLE_EQ(v->ground_speed_mps, 12.5);
+      EXPECT_DOUBLE_EQ(v->speed_sigma_mps, 0.34);
+      EXPECT_DOUBLE_EQ(v->course_sigma_deg, 1.5);
+    });
+  }
+  EXPECT_EQ(seen, 8);
 }
 
 TEST(Ubx, LengthsThatDoNotFitAreRefused) {
   UbxBytes payload(16 + 32);
   payload[11] = 2;  // says two measurements, has one
-  const auto refused = [](const UbxMessage& m) {
+  int seen = 0;
+  const auto refused = [&](const UbxMessage& m) {
+    ++seen;
     EXPECT_FALSE(rxm_rawx(m));
     EXPECT_FALSE(rxm_sfrbx(m));
     EXPECT_FALSE(nav_pvt(m));
@@ -147,6 +250,16 @@ TEST(Ubx, LengthsThatDoNotFitAreRefused) {
   each_ubx(ubx(UbxId::rxm_rawx, {}), refused);
   each_ubx(ubx(UbxId::rxm_sfrbx, {0, 1, 0, 0, 9, 0, 2, 0}), refused);
   each_ubx(ubx(UbxId::nav_pvt, UbxBytes(84)), refused);
+  EXPECT_EQ(seen, 4);
+}
+
+// A payload of 8192 bytes is the longest: RXM-RAWX with 255 measurements has 8176.
+TEST(Ubx, TheLongestPayload) {
+  for (const std::size_t length : {std::size_t{8192}, std::size_t{8193}}) {
+    const auto s = each_ubx(ubx(UbxId::rxm_rawx, UbxBytes(length)), [](const UbxMessage&) {});
+    EXPECT_EQ(s.frames, length == 8192 ? 1U : 0U);
+    EXPECT_EQ(s.malformed, length == 8192 ? 0U : 1U);
+  }
 }
 
 TEST(Ubx, ATooLongPayloadIsMalformed) {
