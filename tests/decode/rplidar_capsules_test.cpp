@@ -2,6 +2,7 @@
 // the layouts of the maker's SDK (sl_lidar_cmd.h), and compared with the points they were made of.
 #include <wayfare/decode/rplidar_conf.hpp>
 
+#include <chrono>
 #include <string_view>
 
 #include <wayfare/decode/detail/crc32.hpp>
@@ -29,6 +30,21 @@ TEST(RplidarConfTest, RequestsAndResponses) {
   EXPECT_EQ(set->key, RplidarConfKey::desired_rotation);
   EXPECT_EQ(set->result, 0x8002U);
   EXPECT_FALSE(rplidar_conf_set(Stream(7)));
+}
+
+// 1/256 µs: 254 µs are 0xFE00; more than none and less than a second, 256 · 10⁶ = 0x0F424000.
+TEST(RplidarConfTest, TheTimeOfASample) {
+  const auto sample = [](const Stream& value, RplidarConfKey key) {
+    return rplidar_mode_sample({key, value});
+  };
+  constexpr auto kKey = RplidarConfKey::mode_sample_us;
+  EXPECT_EQ(sample({0x00, 0xFE, 0, 0}, kKey), std::chrono::microseconds(254));
+  EXPECT_EQ(sample({1, 0, 0, 0}, kKey), Duration(3));                        // 3.9 ns, cut off
+  EXPECT_EQ(sample({0xFF, 0x3F, 0x42, 0x0F}, kKey), Duration(999'999'996));  // 999999996.1 ns
+  EXPECT_FALSE(sample({0x00, 0x40, 0x42, 0x0F}, kKey));
+  EXPECT_FALSE(sample({0, 0, 0, 0}, kKey));
+  EXPECT_FALSE(sample({0x00, 0xFE, 0}, kKey));
+  EXPECT_FALSE(sample({0x00, 0xFE, 0, 0}, RplidarConfKey::mode_max_distance));
 }
 
 TEST(RplidarConfTest, ItsResponseIsFramed) {

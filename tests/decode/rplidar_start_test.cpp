@@ -1,8 +1,10 @@
 // The start of an RPLIDAR against one that is simulated by the manual, in simulated time.
 #include <wayfare/decode/rplidar_start.hpp>
 
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <wayfare/core/random.hpp>
@@ -190,6 +192,129 @@ TEST(RplidarStart, TurnsTheMotorByModel) {
   }
 }
 
+// The device wants 630 turns per minute and a duty cycle of 700. A5 ^ F0 ^ 02 ^ BC ^ 02 = E9,
+// A5 ^ A8 ^ 02 ^ 76 ^ 02 = 7B, A5 ^ 82 ^ 05 ^ 01 = 23; 660 is the makers' default.
+TEST(RplidarStart, TurnsTheMotorAsTheDeviceWants) {
+  struct Case {
+    std::uint8_t model, board, firmware;
+    std::size_t asks_board;
+    std::string duty, speed;
+  };
+  const std::vector<Case> cases = {
+      {0x1F, 1, 29, 0, "", ""},               // an A1 is turned by DTR
+      {0x20, 1, 29, 1, "A5F002BC02E9", ""},   // the first with a board
+      {0x20, 0, 29, 1, "", ""},               // one that does not turn it
+      {0x20, 2, 29, 1, "", ""},               // nor this
+      {0x20, 1, 23, 1, "A5F0029402C1", ""},   // no wish before firmware 1.24
+      {0x41, 1, 29, 1, "A5F002BC02E9", ""},   // series C
+      {0x5F, 1, 29, 1, "A5F002BC02E9", ""},   // the last
+      {0x60, 1, 29, 0, "", "A5A80276027B"}};  // series S, by its own motor
+  for (const Case& c : cases) {
+    OnLine run;
+    run.device.model = c.model;
+    run.device.board = c.board;
+    run.device.firmware_minor = c.firmware;
+    run.pass(3s);
+    const std::string what = hex(Stream{c.model, c.board, c.firmware});
+    EXPECT_EQ(run.start.state(), State::scanning) << what;
+    EXPECT_EQ(run.start.motor_by_dtr(), c.model < 0x20) << what;
+    EXPECT_EQ(run.device.count(0xFF), c.asks_board) << what;
+    EXPECT_EQ(run.device.request(0xF0), c.duty) << what;
+    EXPECT_EQ(run.device.request(0xA8), c.speed) << what;
+    if (c.firmware >= 24) {
+      EXPECT_EQ(run.device.request(0x82),
+                "A582050100000000"
+                "23")
+          << what;
+    }
+  }
+}
+
+// Times of samples are queried from firmware 1.17 on, modes from 1.24 on or of any series after A.
+TEST(RplidarStart, AsksWhatTheFirmwareKnows) {
+  struct Case {
+    std::uint8_t model, firmware;
+    bool asks_sample, asks_modes;
+    std::string mode;
+  };
+  for (const Case& c : {Case{0x18, 16, false, false, "Standard"},
+                        {0x18, 17, true, false, "Express"},
+                        {0x3F, 23, true, false, "Express"},
+                        {0x18, 24, true, true, "Express"},
+                        {0x41, 23, true, true, "Standard"}}) {  // which is not answered
+    OnLine run;
+    run.device.model = c.model;
+    run.device.firmware_minor = c.firmware;
+    run.pass(5s);
+    const std::string what = hex(Stream{c.model, c.firmware});
+    EXPECT_EQ(run.start.state(), State::scanning) << what;
+    EXPECT_EQ(run.device.count(0x59) != 0, c.asks_sample) << what;
+    EXPECT_EQ(run.device.count(0x84) != 0, c.asks_modes) << what;
+    EXPECT_EQ(run.start.identity().mode, c.mode) << what;
+    EXPECT_EQ(run.start.problem().empty(), c.model != 0x41) << what;
+  }
+}
+
+// In steps of 10 ms, of which the first is at 0: 100 ms after a stop, 10 ms after the motor, 0.5 s
+// for each of two answers.
+TEST(RplidarStart, WaitsForItsAnswers) {
+  OnLine run;
+  run.device.model = 0x28;
+  run.pass(100ms);
+  EXPECT_THAT(run.device.commands, ElementsAre(0x25));
+  run.pass(10ms);
+  EXPECT_THAT(run.device.commands, ElementsAre(0x25, 0x50));
+  while (run.device.count(0xF0) == 0 && run.now < LogTime::from_seconds(1e9 + 3.0)) run.pass(10ms);
+  EXPECT_EQ(run.device.count(0x82), 0U);
+  run.pass(10ms);
+  EXPECT_EQ(run.device.count(0x82), 1U);
+
+  OnLine silent;
+  silent.device.deaf = true;
+  silent.pass(1100ms);
+  EXPECT_EQ(silent.start.state(), State::starting);
+  silent.pass(10ms);
+  EXPECT_EQ(silent.start.state(), State::unanswered);
+  silent.pass(990ms);  // a second
+  EXPECT_EQ(silent.start.state(), State::unanswered);
+  silent.pass(10ms);
+  EXPECT_EQ(silent.start.state(), State::starting);
+}
+
+// A second without packets after a scan, five before its first, ten after an error, one after a
+// reset.
+TEST(RplidarStart, AsksAgainAfterTheTimesOfItsStates) {
+  OnLine lost;
+  lost.pass(3s);
+  lost.device.turning = false;
+  lost.pass(950ms);
+  EXPECT_EQ(lost.device.count(0x25), 1U);
+  lost.pass(100ms);
+  EXPECT_EQ(lost.device.count(0x25), 2U);
+
+  OnLine still;
+  still.device.turning = false;
+  for (int i = 0; i < 300 && !still.device.scanning(); ++i) still.pass(10ms);
+  still.pass(4950ms);
+  EXPECT_EQ(still.device.count(0x25), 1U);
+  still.pass(100ms);
+  EXPECT_EQ(still.device.count(0x25), 2U);
+
+  OnLine faulty;
+  faulty.device.health = 2;
+  faulty.device.reset_heals = false;
+  for (int i = 0; i < 500 && faulty.device.resets == 0; ++i) faulty.pass(10ms);
+  faulty.pass(990ms);
+  EXPECT_EQ(faulty.device.count(0x25), 1U);
+  faulty.pass(10ms);
+  EXPECT_EQ(faulty.device.count(0x25), 2U);
+  for (int i = 0; i < 500 && faulty.start.state() != State::faulty; ++i) faulty.pass(10ms);
+  faulty.pass(9950ms);
+  EXPECT_EQ(faulty.device.count(0x25), 2U);
+  faulty.pass(100ms);
+  EXPECT_EQ(faulty.device.count(0x25), 3U);
+}
+
 TEST(RplidarStart, NamesTheModels) {
   // As the maker's library: A series below 4, then C, S, T and M from 4, 6, 9 and 12 on.
   EXPECT_EQ(rplidar_model_name(0x18), "A1M8");
@@ -220,6 +345,18 @@ Stream running_nodes() {
   Stream nodes;
   for (int i = 0; i < 400; ++i) append(nodes, node(i * 76 % (360 * 64), 4000 + i, 15, false));
   return nodes;
+}
+
+// Twelve nodes over half a degree, 32/64°, are a run; a laser that hardly turns has none.
+TEST(RplidarRunning, TwelveNodesOverHalfADegree) {
+  for (const auto& [count, travel_q6, run] :
+       {std::tuple(12, 32, true), std::tuple(12, 31, false), std::tuple(11, 600, false)}) {
+    Stream nodes;
+    for (int i = 0; i < count; ++i) append(nodes, node(360 * 64 - 1, 4000));
+    const Stream last = node(travel_q6 - 1, 4000);
+    std::copy(last.begin(), last.end(), nodes.end() - 5);
+    EXPECT_EQ(is_rplidar_run(nodes), run) << count << ", " << travel_q6;
+  }
 }
 
 TEST(RplidarRunning, NodesAreFoundFromAnyByteOn) {

@@ -1,11 +1,14 @@
 #include <wayfare/decode/rplidar_decoder.hpp>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
+#include <tuple>
 
 #include <wayfare/decode/rplidar_conf.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/decode/rplidar_sweep.hpp>
 
 #include "captures.hpp"
@@ -22,6 +25,10 @@ TEST(Rplidar, RequestsMatchTheManual) {
   EXPECT_EQ(hex(rplidar_express_scan().bytes()),
             "A582050000000000"
             "22");
+  EXPECT_EQ(hex(rplidar_express_scan(3).bytes()),  // A5 ^ 82 ^ 05 ^ 03 = 21
+            "A582050300000000"
+            "21");
+  EXPECT_EQ(hex(rplidar_get_board_flags().bytes()), "A5FF04000000005E");  // A5 ^ FF ^ 04
   EXPECT_EQ(hex(rplidar_get_info().bytes()), "A550");
   EXPECT_EQ(hex(rplidar_get_health().bytes()), "A552");
   EXPECT_EQ(hex(rplidar_get_sample_rate().bytes()), "A559");
@@ -219,6 +226,101 @@ TEST(Rplidar, RevolutionsAndScans) {
   EXPECT_EQ(scan.time, LogTime{} + sample * 31);
 }
 
+RplidarPoint point_at(int deg, std::uint32_t distance_q2, std::uint8_t quality = 10) {
+  return {static_cast<std::uint16_t>(64 * deg), distance_q2, quality, false};
+}
+
+// 150 mm are the least range and still one, 12 m are too far. Beams of 10° from −180° on, those of
+// a sweep from −350° to 0: ahead is beam 18 and 35, 90° to the right 9 and 26, behind 0 and 17.
+TEST(Rplidar, ABeamHasItsNearestPointWithinTheLimits) {
+  std::vector<TimedRplidarPoint> points;
+  for (const RplidarPoint& p :
+       {point_at(0, 8000, 20), point_at(1, 4000, 30), point_at(2, 6000, 40), point_at(90, 599),
+        point_at(91, 600, 50), point_at(180, 48'000), point_at(181, 47'999, 60)})
+    points.push_back({p, LogTime{}});
+  const RplidarScanOptions options{36, 0.15F, 12.0F};
+  const LaserScan scan = to_laser_scan({points, true}, options);
+  std::vector<float> qualities = {1.0F};
+  const LaserScan sweep = to_laser_sweep({points, true}, options, &qualities);
+  ASSERT_EQ(scan.ranges_m.size(), 36U);
+  ASSERT_EQ(sweep.ranges_m.size(), 36U);
+  ASSERT_EQ(qualities.size(), 36U);
+  std::size_t returned = 0;
+  for (std::size_t i = 0; i < 36; ++i) {
+    if (!std::isnan(scan.ranges_m[i])) ++returned;
+    const float expected = i == 35 ? 30.0F : i == 26 ? 50.0F : i == 17 ? 60.0F : 0.0F;
+    EXPECT_EQ(qualities[i], expected) << i;
+    EXPECT_EQ(std::isnan(sweep.ranges_m[i]), expected == 0.0F) << i;
+  }
+  EXPECT_EQ(returned, 3U);
+  for (const auto& [ahead, right, behind, ranges] :
+       {std::tuple(18, 9, 0, &scan.ranges_m), std::tuple(35, 26, 17, &sweep.ranges_m)}) {
+    EXPECT_EQ((*ranges)[static_cast<std::size_t>(ahead)], 1.0F);
+    EXPECT_EQ((*ranges)[static_cast<std::size_t>(right)], 0.15F);
+    EXPECT_NEAR((*ranges)[static_cast<std::size_t>(behind)], 11.99975F, 1e-6F);
+  }
+  EXPECT_EQ(scan.min_range_m, 0.15F);
+  EXPECT_EQ(sweep.max_range_m, 12.0F);
+}
+
+TEST(Rplidar, AStartIsWithin45DegreesOfAhead) {
+  for (const auto& [deg, begins] :
+       {std::pair{0, true}, {45, true}, {46, false}, {180, false}, {314, false}, {315, true}}) {
+    RplidarPoint point = point_at(deg, 4000);
+    EXPECT_FALSE(rplidar_begins_revolution(point)) << deg;
+    point.start_of_revolution = true;
+    EXPECT_EQ(rplidar_begins_revolution(point), begins) << deg;
+  }
+}
+
+TEST(Rplidar, NodesFollowWithinTenDegrees) {
+  constexpr int kTurn = 360 * 64;
+  for (const auto& [angle, last, follows] :
+       {std::tuple(639, 0, true), std::tuple(640, 0, false), std::tuple(0, 639, true),
+        std::tuple(0, 640, false), std::tuple(10, kTurn - 629, true),
+        std::tuple(10, kTurn - 630, false), std::tuple(kTurn - 629, 10, true),
+        std::tuple(kTurn - 630, 10, false), std::tuple(kTurn / 2, 0, false)})
+    EXPECT_EQ(rplidar_follows(angle, last), follows) << angle << " after " << last;
+}
+
+// A turn is less than 360°: the last angle of a node is 360° − 1/64°. A start bit and its inverse
+// differ, and the check bit is set.
+TEST(Rplidar, NodesByTheirBits) {
+  const Stream good = node(360 * 64 - 1, 4000);
+  EXPECT_TRUE(is_rplidar_node(good.data()));
+  EXPECT_EQ(rplidar_node_angle(good.data()), 360 * 64 - 1);
+  EXPECT_FALSE(is_rplidar_node(node(360 * 64, 4000).data()));
+  for (const auto& [byte, bit] : {std::pair{0U, 1}, {0U, 2}, {1U, 1}}) {
+    Stream wrong = good;
+    wrong[byte] = static_cast<std::uint8_t>(wrong[byte] ^ bit);
+    EXPECT_FALSE(is_rplidar_node(wrong.data())) << byte << ", " << bit;
+  }
+}
+
+// Two sync nibbles, the XOR of the rest, and a next start angle by less than 90° ahead.
+TEST(Rplidar, CapsulesFollowWithinAQuarter) {
+  const auto run = [](int first_q6, int next_q6) {
+    Stream bytes = capsule(first_q6, Stream(80, 1));
+    append(bytes, capsule(next_q6, Stream(80, 1)));
+    return is_rplidar_capsule_run(bytes, RplidarResponse::dense);
+  };
+  constexpr int kTurn = 360 * 64, kQuarter = 90 * 64;
+  for (const auto& [first, next, follows] :
+       {std::tuple(0, 1, true), std::tuple(0, 0, false), std::tuple(1, 0, false),
+        std::tuple(0, kQuarter - 1, true), std::tuple(0, kQuarter, false),
+        std::tuple(kTurn - 1, 0, true), std::tuple(kTurn, kTurn + 1, false),
+        std::tuple(kTurn - 1, kTurn, false)})
+    EXPECT_EQ(run(first, next), follows) << first << ", " << next;
+  const Stream whole = capsule(640, Stream(80, 1));
+  EXPECT_TRUE(is_rplidar_capsule(whole));
+  for (const auto& [byte, bit] :
+       {std::pair{0U, 0x10}, {0U, 0x01}, {1U, 0x10}, {1U, 0x01}, {2U, 0x01}, {83U, 0x80}}) {
+    Stream wrong = whole;
+    wrong[byte] = static_cast<std::uint8_t>(wrong[byte] ^ bit);
+    EXPECT_FALSE(is_rplidar_capsule(wrong)) << byte << ", " << bit;
+  }
+}
+
 // 36 points from 355° on, 10° and 5 ms apart, at distances by their angles.
 TEST(Rplidar, ASweepHasTheTimesOfItsPoints) {
   std::vector<TimedRplidarPoint> points;
@@ -311,6 +413,67 @@ TEST(Rplidar, Delays) {
             microseconds(250) + Duration(434028));
   EXPECT_EQ(rplidar_delay(RplidarResponse::express, microseconds(250), 115200.0),
             microseconds(125 + 8000) + Duration(7291667));
+  // At 10⁶ baud and 100 µs for a sample: 50 µs, 10 µs for each byte, and the samples of the next
+  // capsule except where the points are decoded at once.
+  struct Case {
+    RplidarResponse response;
+    int bytes, points, later;
+  };
+  using enum RplidarResponse;
+  for (const Case& c : {Case{node, 5, 1, 0},
+                        {express, 84, 32, 32},
+                        {dense, 84, 40, 40},
+                        {ultra, 132, 96, 96},
+                        {ultra_dense, 170, 64, 64},
+                        {hq, 781, 96, 0},
+                        {info, 0, 0, 0}}) {
+    const auto number = static_cast<int>(c.response);
+    EXPECT_EQ(rplidar_delay(c.response, microseconds(100), 1e6),
+              microseconds(50 + 10 * c.bytes + 100 * c.later))
+        << number;
+    EXPECT_EQ(rplidar_packet_points(c.response), c.points) << number;
+    EXPECT_EQ(rplidar_packet_bytes(c.response), static_cast<std::size_t>(c.bytes)) << number;
+  }
+}
+
+// At 115200 baud a byte takes 10/115200 s. A node was measured half a sample and the time of its
+// own five bytes before its last byte arrived; the nodes behind it in the same chunk came later. A
+// sample is an A1's 500 µs until the device tells another.
+TEST(Rplidar, PointsHaveTheTimesOfTheirBytes) {
+  EXPECT_EQ(line_time(1152, 115200), std::chrono::milliseconds(100));
+  struct Case {
+    RplidarResponse response;
+    Stream told;
+    double sample_s;
+  };
+  const Case cases[] = {
+      {RplidarResponse::sample_rate, {0xFC, 1, 0xFE, 0}, 508e-6},        // 508, 254 µs
+      {RplidarResponse::sample_rate, {0xFC, 1, 0, 0}, 500e-6},           // no time
+      {RplidarResponse::sample_rate, {0, 0, 0xFE, 0}, 500e-6},           // no time
+      {RplidarResponse::conf, {0x71, 0, 0, 0, 0, 0x2C, 1, 0}, 300e-6},   // 300 · 256
+      {RplidarResponse::conf, {0x74, 0, 0, 0, 0, 0x2C, 1, 0}, 500e-6}};  // a distance
+  constexpr int kNodes = 72;
+  for (const Case& c : cases) {
+    Stream bytes = descriptor(c.response, static_cast<std::uint32_t>(c.told.size()), false);
+    append(bytes, c.told);
+    append(bytes, descriptor(RplidarResponse::node, 5, true));
+    for (int i = 0; i < 3 * kNodes + 2; ++i)
+      append(bytes, node(320 * (i % kNodes), 4000, 15, i % kNodes == 0));
+    const LogTime arrived = LogTime::from_seconds(1e9);
+    std::vector<Duration> before;
+    const auto stream = std::make_unique<RplidarStream>(115200);
+    stream->feed(bytes, arrived, [&](const RplidarRevolution& r) {
+      before.push_back(arrived - r.points.front().time);
+    });
+    ASSERT_EQ(before.size(), 3U);
+    for (std::size_t k = 0; k < 3; ++k) {
+      // The rest of its turn, the turns after it and two nodes.
+      const double bytes_behind = 5.0 * (kNodes * (3.0 - static_cast<double>(k)) + 1.0);
+      EXPECT_NEAR(to_seconds(before[k]), c.sample_s / 2 + (bytes_behind + 5.0) * 10.0 / 115200.0,
+                  1e-8)
+          << k;
+    }
+  }
 }
 
 }  // namespace

@@ -29,7 +29,9 @@ class SimulatedRplidar {
   std::uint16_t typical = 1;
   std::vector<Mode> modes = {{"Standard", RplidarResponse::node, 508.0},
                              {"Express", RplidarResponse::express, 254.0}};
-  std::vector<int> commands;  ///< taken so far
+  std::uint8_t board = 1;        ///< flags of its adapter
+  std::vector<int> commands;     ///< taken so far
+  std::vector<Stream> requests;  ///< the same, all bytes
   int resets = 0;
 
   void take(Bytes bytes) {
@@ -69,6 +71,12 @@ class SimulatedRplidar {
   [[nodiscard]] std::size_t count(int command) const {
     return static_cast<std::size_t>(std::count(commands.begin(), commands.end(), command));
   }
+  /// The last request of a command.
+  [[nodiscard]] std::string request(int command) const {
+    const auto last = std::find_if(requests.rbegin(), requests.rend(),
+                                   [&](const Stream& r) { return r[1] == command; });
+    return last == requests.rend() ? "" : hex(*last);
+  }
 
  private:
   [[nodiscard]] Duration period() const {
@@ -98,6 +106,7 @@ class SimulatedRplidar {
 
   void obey(const Stream& request) {
     commands.push_back(request[1]);
+    requests.push_back(request);
     switch (request[1]) {
       case 0x25:
         scan_ = RplidarResponse::none;
@@ -114,7 +123,7 @@ class SimulatedRplidar {
       case 0x59:
         return reply(RplidarResponse::sample_rate, {0xFC, 1, 0xFE, 0});
       case 0xFF:
-        return reply(RplidarResponse::board_flags, {1, 0, 0, 0});
+        return reply(RplidarResponse::board_flags, {board, 0, 0, 0});
       case 0x20:
         return begin(RplidarResponse::node);
       case 0x82:
