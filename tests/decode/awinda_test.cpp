@@ -70,6 +70,31 @@ TEST(AwindaReorderBuffer, AJumpRestarts) {
   EXPECT_EQ(ordered(order, {5, 7, 1'000'000, 1'000'001}), (Frames{5, 7, 1'000'000, 1'000'001}));
 }
 
+// After frame 1 or 100 the next is 2 or 101: 15 ahead, 2 to 9 fall out of the window, which begins
+// at 10; 16 ahead or back is another sequence, but a retransmission is late.
+TEST(AwindaReorderBuffer, AJumpByTwiceTheWindowRestarts) {
+  struct Case {
+    Frames arriving, seen;
+    std::uint64_t missing, late;
+  };
+  for (const Case& c : {Case{{1, 17}, {1, 17}, 8, 0},
+                        {{1, 18}, {1, 18}, 0, 0},
+                        {{100, 86}, {100}, 0, 1},
+                        {{100, 85}, {100, 85}, 0, 0}}) {
+    AwindaReorderBuffer<8> order;
+    EXPECT_EQ(ordered(order, c.arriving), c.seen);
+    EXPECT_EQ(order.missing(), c.missing) << c.arriving[1];
+    EXPECT_EQ(order.late(), c.late) << c.arriving[1];
+  }
+  AwindaReorderBuffer<8> order;
+  Frames seen;
+  const auto sink = [&](const AwindaSnapshot& s) { seen.push_back(s.frame); };
+  order.add(snapshot(100), sink);
+  order.add(snapshot(85, true), sink);
+  EXPECT_EQ(seen, Frames{100});
+  EXPECT_EQ(order.late(), 1U);
+}
+
 // No shuffle within the window loses a snapshot.
 TEST(AwindaReorderBuffer, AnyShuffleWithinTheWindow) {
   Rng rng(8);

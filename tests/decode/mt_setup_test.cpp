@@ -78,6 +78,15 @@ TEST(MtSetup, FilterProfiles) {
   EXPECT_EQ(write_mt_filter_profile(0xFF, name, out), 5 + name.size());
   EXPECT_EQ(write_mt_filter_profile(0xFF, std::uint8_t{39}, std::span(out).first(6)), 0U);
   EXPECT_EQ(mt_error_text(0x04), "message unknown or not allowed now");
+  for (const auto& [code, word] : {std::pair{0x03, "period"},
+                                   {0x1E, "timer"},
+                                   {0x20, "baud"},
+                                   {0x21, "parameter"},
+                                   {0x28, "fault"},
+                                   {0x29, "line"},
+                                   {0x2A, "buffer"}})
+    EXPECT_NE(mt_error_text(static_cast<std::uint8_t>(code)).find(word), std::string_view::npos)
+        << code;
   EXPECT_EQ(mt_error_text(0x99), "");
 }
 
@@ -94,6 +103,35 @@ TEST(MtRawTest, TimesAndCounters) {
   EXPECT_EQ(sample->unknown, 1);
 }
 
+// Items of which the recordings have none, and others, each with its own numbers.
+TEST(MtRawTest, QuantitiesByTheirNumbers) {
+  Stream data = packet(0x4040, numbers_of(1.0F, 2.0F, 3.0F));
+  append(data, packet(0x8040, numbers_of(4.0F, 5.0F, 6.0F)));
+  append(data, packet(0x4010, numbers_of(7.0F, 8.0F, 9.0F)));
+  append(data, packet(0x4030, numbers_of(10.0F, 11.0F, 12.0F)));
+  append(data, packet(0x5010, numbers_of(432.5F)));
+  append(data, packet(0x5020, numbers_of(480.25F)));
+  append(data, packet(0x5040, numbers_of(22.5F, 114.25F)));
+  append(data, packet(0x1070, numbers_of(std::uint32_t{77})));
+  append(data, packet(0xE010, numbers_of(std::uint8_t{3})));
+  append(data, packet(0xE020, numbers_of(std::uint32_t{0x00C00007})));
+  append(data, packet(0xE040, numbers_of(std::int8_t{-60})));
+  const auto s = mt_sample(data);
+  ASSERT_TRUE(s);
+  EXPECT_EQ(s->unknown, 0);
+  EXPECT_EQ(s->acceleration_hr_mps2, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(s->rate_hr_radps, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(s->delta_v_mps, Eigen::Vector3d(7, 8, 9));
+  EXPECT_EQ(s->free_acceleration_mps2, Eigen::Vector3d(10, 11, 12));
+  EXPECT_EQ(s->altitude_msl_m, 432.5);
+  EXPECT_EQ(s->altitude_ellipsoid_m, 480.25);
+  EXPECT_EQ(s->lat_lon_deg, Eigen::Vector2d(22.5, 114.25));
+  EXPECT_EQ(s->sample_time_coarse, 77U);
+  EXPECT_EQ(s->status_byte, 3);
+  EXPECT_EQ(s->status_word, 0x00C00007U);
+  EXPECT_EQ(s->rssi_dbm, -60);
+}
+
 TEST(MtRawTest, ReadingsAndTemperatures) {
   Stream raw;
   for (std::uint16_t i = 1; i <= 9; ++i) put(raw, static_cast<std::uint16_t>(7000 * i));
@@ -103,9 +141,12 @@ TEST(MtRawTest, ReadingsAndTemperatures) {
          packet(0xA020, numbers_of(std::int16_t{256}, std::int16_t{-128}, std::int16_t{7680})));
   const MtRawReadings readings = mt_raw_readings(data);
   ASSERT_TRUE(readings.counts);
-  EXPECT_EQ(readings.counts->accelerometer[0], 7000);
-  EXPECT_EQ(readings.counts->gyroscope[2], 42'000);
-  EXPECT_EQ(readings.counts->magnetometer[2], 63'000);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(readings.counts->accelerometer[i], 7000 * (i + 1));
+    EXPECT_EQ(readings.counts->gyroscope[i], 7000 * (i + 4));
+    EXPECT_EQ(readings.counts->magnetometer[i], 7000 * (i + 7));
+  }
+  EXPECT_EQ(readings.counts->temperature, 0xFDC0);  // −2.25 · 256 + 65536
   EXPECT_EQ(readings.temperature_c, -2.25);
   EXPECT_EQ(*readings.gyro_temperature_c, Eigen::Vector3d(1.0, -0.5, 30.0));
   EXPECT_EQ(mt_sample(data)->unknown, 0);
@@ -121,9 +162,13 @@ TEST(MtRawTest, Satellites) {
   ASSERT_TRUE(satellites);
   ASSERT_EQ(satellites->size(), 2U);
   EXPECT_EQ(satellites->itow_ms(), 1000U);
-  EXPECT_EQ((*satellites)[0].id, 11);
-  EXPECT_EQ((*satellites)[1].system, 6);
-  EXPECT_EQ((*satellites)[1].cn0_dbhz, 22);
+  const std::array<std::uint8_t, 4> expected[] = {{0, 11, 41, 0x1F}, {6, 3, 22, 0x04}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ((*satellites)[i].system, expected[i][0]);
+    EXPECT_EQ((*satellites)[i].id, expected[i][1]);
+    EXPECT_EQ((*satellites)[i].cn0_dbhz, expected[i][2]);
+    EXPECT_EQ((*satellites)[i].flags, expected[i][3]);
+  }
   body[4] = 3;  // more than there are bytes
   EXPECT_FALSE(mt_satellites(packet(0x7020, body)));
   EXPECT_FALSE(mt_satellites(packet(0x7020, Stream(7))));
@@ -143,10 +188,12 @@ TEST(MtRawTest, FullSnapshot) {
   ASSERT_TRUE(s);
   EXPECT_EQ(s->frame, 9);
   EXPECT_EQ(s->timestamp, 1ULL << 40);
-  EXPECT_EQ(s->orientation[3], -4);
-  EXPECT_EQ(s->velocity[2], 3 * (std::int64_t{-1} << 33));
-  EXPECT_EQ(s->field[0], 5);
+  constexpr std::int64_t kUnit = std::int64_t{-1} << 33;
+  EXPECT_EQ(s->orientation, (std::array<std::int32_t, 4>{-1, -2, -3, -4}));
+  EXPECT_EQ(s->velocity, (std::array<std::int64_t, 3>{kUnit, 2 * kUnit, 3 * kUnit}));
+  EXPECT_EQ(s->field, (std::array<std::int32_t, 3>{5, 6, 7}));
   EXPECT_EQ(s->pressure, 101'325);
+  EXPECT_EQ(s->clipped_acceleration, 3);
   EXPECT_EQ(s->clipped_rate, 4);
   EXPECT_EQ(s->status, 0x1801);
   EXPECT_FALSE(mt_full_snapshot(packet(0xC820, Stream(69))));
@@ -177,9 +224,11 @@ TEST(MtRawTest, AGloveIsTwoPackets) {
   EXPECT_EQ(glove->valid, 0x0FFF);
   EXPECT_EQ(glove->fingers[11].orientation,
             (std::array<std::int32_t, 3>{8'000'011, -1011, 8'000'011}));
-  EXPECT_EQ(glove->fingers[11].velocity[2], -1102);
+  EXPECT_EQ(glove->fingers[11].velocity, (std::array<std::int32_t, 3>{-1100, -1101, -1102}));
+  EXPECT_EQ(glove->fingers[11].field, (std::array<std::int16_t, 3>{-11, -12, -13}));
   EXPECT_EQ(glove->fingers[3].field[1], -4);
   EXPECT_EQ(glove->fingers[5].flags, 5);
+  EXPECT_EQ(glove->fingers[5].clipped_acceleration, 1);
   EXPECT_EQ(glove->fingers[5].clipped_rate, 2);
   EXPECT_FALSE(mt_glove(data, false));
   EXPECT_FALSE(mt_glove(packet(0xC840, first), true)) << "the second part is missing";

@@ -121,7 +121,16 @@ TEST(MtData2, ToMeasurements) {
   EXPECT_EQ(imu->time.nanoseconds(), 7);
   EXPECT_EQ(imu->specific_force_mps2.z(), 9.81);
   EXPECT_EQ(to_marg_sample(sample, LogTime{}, 48.0).magnetic_field_uT.x(), 48.0);
+  EXPECT_EQ(to_marg_sample(sample, LogTime{}).magnetic_field_uT.x(), 49.0);  // by default
   EXPECT_TRUE(std::isnan(to_marg_sample(MtSample{}, LogTime{}).angular_rate_radps.x()));
+  // A tracker's: specific force, rate, half of the Earth's field.
+  const AwindaMotion motion{1, 2, 1, {1, 2, 3}, {4, 5, 6}, {0.5, 0, 0}, 0};
+  const MargSample marg = to_marg_sample(motion, LogTime::from_nanoseconds(7));
+  EXPECT_EQ(marg.time.nanoseconds(), 7);
+  EXPECT_EQ(marg.specific_force_mps2, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(marg.angular_rate_radps, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(marg.magnetic_field_uT, Eigen::Vector3d(24.5, 0, 0));
+  EXPECT_EQ(to_marg_sample(motion, LogTime{}, 48.0).magnetic_field_uT.x(), 24.0);
 }
 
 TEST(MtData2, CountersWrapAround) {
