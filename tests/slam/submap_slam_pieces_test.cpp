@@ -1,6 +1,8 @@
 // Submap SLAM where tracking is lost: a robot that is carried, holes, a symmetric building.
 
+#include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -53,6 +55,29 @@ TEST_F(SubmapSlamOverTheFlat, IsJoinedAgainAfterAHoleWithoutOdometry) {
   EXPECT_GE(slam->statistics.pieces, 2U);
   EXPECT_EQ(slam->statistics.pieces_apart, 0U);
   EXPECT_LT(rmse_m(slam->trajectory, run.truth), 0.15);
+}
+
+// Something close around the scanner for three scans, fewer than `lost_scans`: odometry bridges
+// them, whether or not a gyroscope measures its turns as well.
+TEST_F(SubmapSlamOverTheFlat, AFewScansWithoutAMatchLoseNoRobotWithOdometry) {
+  const Recording& recording = run_->recording;
+  const OdometryTrack odometry(recording.odometry);
+  for (const bool has_gyro : {false, true}) {
+    SubmapSlamOptions options;
+    options.T_base_laser = recording.T_base_laser;
+    SubmapSlam slam(options);
+    MotionHint hint;
+    for (std::size_t i = 0; i < recording.scans.size() / 2; ++i) {
+      LaserScan scan = recording.scans[i];
+      if (i >= 100 && i < 103) std::fill(scan.ranges_m.begin(), scan.ranges_m.end(), 0.5F);
+      const auto before = std::exchange(hint.odometry, odometry.at(scan.time));
+      if (has_gyro && before)
+        hint.turn = (hint.odometry->raw().heading() - before->raw().heading()).wrapped();
+      ASSERT_TRUE(slam.add_scan(scan, hint));
+    }
+    EXPECT_EQ(slam.statistics().unmatched_scans, 3U) << has_gyro;
+    EXPECT_EQ(slam.statistics().pieces, 1U) << has_gyro;
+  }
 }
 
 // A robot that is set down in a place not seen before: its piece lies beside the map, and the map

@@ -156,7 +156,7 @@ Motion SubmapSlamSystem::Engine::predict(LogTime time, const std::optional<SE2d>
   by_gyro[2] = options_.gyro_floor.radians() + options_.gyro_per_rad * std::abs(turn->radians());
   const auto sigma = at_least_rounding(by_gyro);
   if (!sigma) return motion;
-  return {SE2d(motion.increment.translation(), SO2d(*turn)), *sigma};
+  return {SE2d(motion.increment.translation(), SO2d(*turn)), *sigma, motion.measured};
 }
 
 /// Matches around the prediction `motion`. If that is odometry, contradicts `by_velocity` and
