@@ -143,6 +143,28 @@ TEST(StartInThePlane, ARotationCountsAsTwoMetres) {
   }
 }
 
+// In space, var x + var y + var z + (2 m)² var θ: three of 0.2 m² and a rotation of 0.1 rad²
+// against two of 0.12 or 0.13 rad². The information is that of a quaternion's vector part, half the
+// angle.
+TEST(StartInSpace, ARotationCountsAsTwoMetres) {
+  const auto ahead = [](double x) { return SE3d(Eigen::Vector3d(x, 0.0, 0.0), SO3d()); };
+  const auto information = [](double place, double turn) {
+    constexpr double kExact = 1e12;
+    Eigen::Matrix<double, 6, 1> w;
+    w << place, place, place, kExact, 4.0 * turn, kExact;
+    return Eigen::Matrix<double, 6, 6>(w.asDiagonal());
+  };
+  for (const auto& [variance, x] : {std::pair{0.12, 2.0}, {0.13, 9.0}}) {
+    PoseGraph<SE3d> graph;
+    graph.poses.resize(3);
+    graph.edges = {{0, 2, ahead(9.0), information(1.0 / 0.2, 1.0 / 0.1), false},
+                   {0, 1, ahead(1.0), information(1e12, 1.0 / variance), false},
+                   {1, 2, ahead(1.0), information(1e12, 1.0 / variance), false}};
+    ASSERT_TRUE(start_from_tree(graph));
+    EXPECT_EQ(graph.poses[2].translation()[0], x) << variance;
+  }
+}
+
 // A ring of n equal steps that rotate by α each, where nα is not a full turn. With w_k = z_k
 // e^(−ikα) for headings z_k the relaxation minimises Σ|w_(k+1) − w_k|² between w_0 = 1 and w_n =
 // e^(−inα): a straight line. Equal weights distribute the translation's gap evenly as well.

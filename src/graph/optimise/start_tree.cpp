@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -61,7 +62,8 @@ Result<void> take(PoseGraph<G>& graph, std::vector<G> x) {
 /// from the diagonal of its information; infinite without information.
 template <class G>
 double uncertainty(const PoseEdge<G>& edge) {
-  constexpr double kLever_m = 2.0;
+  // In space, of a quaternion's vector part: half the angle.
+  constexpr double kLever_m = std::is_same_v<G, SE3d> ? 4.0 : 2.0;
   const auto variances = edge.information.diagonal().cwiseInverse().eval();
   const Eigen::Index place = edge.measurement.translation().size();
   return variances.head(place).sum() +
