@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 #include <type_traits>
 #include <utility>
@@ -46,6 +47,22 @@ CLI::Validator existing(bool folder) {
       "");
 }
 
+/// CLI11 would print limits with six decimals, and the largest number where there is none.
+template <class Number>
+CLI::Validator within(Number low, Number high, const std::string& must) {
+  return CLI::Validator(
+      [=](const std::string& text) -> std::string {
+        Number value{};
+        if (!CLI::detail::lexical_cast(text, value))
+          return "must be a" + std::string(std::is_integral_v<Number> ? " whole" : "") +
+                 " number, is " + text;
+        return value >= low && value <= high ? std::string() : must + ", is " + text;
+      },
+      "");
+}
+
+constexpr const char* kNotNegative = "must not be negative";
+
 template <class Value>
 struct Element {
   using Type = Value;
@@ -77,6 +94,13 @@ int print(const std::string& text) {
   return 0;
 }
 
+/// Prints what is wrong; returns `code`.
+int refuse(const char* program, const std::string& message, int code) {
+  std::fprintf(stderr, "%s: %s\n", program, message.c_str());
+  if (code == kBadUse) std::fprintf(stderr, "%s --help lists the arguments.\n", program);
+  return code;
+}
+
 }  // namespace
 
 Option& Option::shown_as(const std::string& value) { return help_->value = value, *this; }
@@ -87,19 +111,20 @@ Option& Option::show_default() {
 }
 Option& Option::range(int low, int high) {
   help_->conditions.push_back(std::to_string(low) + " to " + std::to_string(high));
-  return option_->check(CLI::Range(low, high)), *this;
+  return option_->check(within(low, high, "must be from " + help_->conditions.back())), *this;
 }
 Option& Option::range(double low, double high) {
   help_->conditions.push_back(text_of(low) + " to " + text_of(high));
-  return option_->check(CLI::Range(low, high)), *this;
+  return option_->check(within(low, high, "must be from " + help_->conditions.back())), *this;
 }
 Option& Option::positive() {
+  using Limits = std::numeric_limits<double>;
   help_->conditions.emplace_back("positive");
-  return option_->check(CLI::PositiveNumber), *this;
+  return option_->check(within(Limits::min(), Limits::max(), "must be positive")), *this;
 }
 Option& Option::not_negative() {
   help_->conditions.emplace_back("not negative");
-  return option_->check(CLI::NonNegativeNumber), *this;
+  return option_->check(within(0.0, std::numeric_limits<double>::max(), kNotNegative)), *this;
 }
 Option& Option::existing_file() {
   help_->value = help_->value.ends_with("...") ? "FILE..." : "FILE";
@@ -170,7 +195,15 @@ Option CommandLine::add(CLI::Option* option, const std::string& name, std::strin
 
 template <class Value>
 Option CommandLine::add_option(const std::string& name, Value& value, const std::string& help) {
-  return add(app_->add_option(name, value, help), name, value_name<Value>(), help);
+  CLI::Option* option = app_->add_option(name, value, help);
+  // CLI11 reads -1 as the largest number without a sign.
+  if constexpr (std::is_unsigned_v<typename Element<Value>::Type>)
+    option->check(CLI::Validator(
+        [](const std::string& text) {
+          return text.starts_with('-') ? kNotNegative + (", is " + text) : std::string();
+        },
+        ""));
+  return add(option, name, value_name<Value>(), help);
 }
 
 using Text = const std::string&;
@@ -210,13 +243,6 @@ void CommandLine::example(const std::string& arguments, const std::string& task)
   help_.examples.push_back({arguments, task});
 }
 
-int CommandLine::refuse(const std::string& message, int code) const {
-  const char* name = help_.name.c_str();
-  std::fprintf(stderr, "%s: %s\n", name, message.c_str());
-  if (code == kBadUse) std::fprintf(stderr, "%s --help lists the arguments.\n", name);
-  return code;
-}
-
 /// The first on the command line, with the known one that it may mean; empty without one.
 std::string CommandLine::unknown_option() const {
   std::vector<std::string> known;
@@ -246,9 +272,10 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
     return 0;
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_option();
-    if (!unknown.empty()) return refuse(unknown, kBadUse);
+    const char* name = help_.name.c_str();
+    if (!unknown.empty()) return refuse(name, unknown, kBadUse);
     const bool is_data = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::FileError);
-    return refuse(error.what(), is_data ? kBadData : kBadUse);
+    return refuse(name, error.what(), is_data ? kBadData : kBadUse);
   }
   return std::nullopt;
 }
@@ -257,8 +284,8 @@ Error bad_use(const std::string& message) { return {ErrorCode::invalid, message,
 
 int exit_code(const char* program, const Error& error) {
   const bool is_use = error.source == kCommandLine;
-  std::fprintf(stderr, "%s: %s\n", program, (is_use ? error.message : error.to_string()).c_str());
-  return is_use ? kBadUse : kBadData;
+  return is_use ? refuse(program, error.message, kBadUse)
+                : refuse(program, error.to_string(), kBadData);
 }
 
 int exit_code(const char* program, const Result<void>& done) {

@@ -114,7 +114,6 @@ class CommandLine {
  private:
   Option add(CLI::Option* option, const std::string& name, std::string value,
              const std::string& help);
-  [[nodiscard]] int refuse(const std::string& message, int code) const;
   [[nodiscard]] std::string unknown_option() const;
 
   std::unique_ptr<CLI::App> app_;

@@ -96,11 +96,31 @@ TEST_F(CommandLineTest, WrongArgumentsEndWithTwo) {
   EXPECT_EQ(parse({}), 2);
   EXPECT_THAT(error_, HasSubstr("mapper: LOG is required"));
   EXPECT_EQ(parse({kFile, "--share", "2"}), 2);
+  EXPECT_THAT(error_, HasSubstr("--share: must be from 0 to 1, is 2\n"));
+  EXPECT_EQ(parse({kFile, "--share", "nan"}), 2);
   EXPECT_EQ(parse({kFile, "--share", "many"}), 2);
+  EXPECT_THAT(error_, HasSubstr("--share: must be a number, is many\n"));
+  EXPECT_EQ(parse({kFile, "--threads", "1.5"}), 2);
+  EXPECT_THAT(error_, HasSubstr("--threads: must be a whole number, is 1.5\n"));
   EXPECT_EQ(parse({kFile, "--share"}), 2);
   EXPECT_EQ(parse({kFile, "--forward", "z"}), 2);
   EXPECT_EQ(parse({kFile, "--origin", "1"}), 2);
   EXPECT_EQ(parse({kFile, "another", "third"}), 2);
+}
+
+TEST_F(CommandLineTest, NumbersWithOneLimit) {
+  double sigma = 1.0, gap = 1.0;
+  std::size_t seed = 1;
+  app_.add_positive("--sigma", sigma, "of a range, m");
+  app_.add_option("--gap", gap, "m").not_negative();
+  app_.add_option("--seed", seed, "of the random numbers");
+  EXPECT_EQ(parse({kFile, "--sigma", "1e-3", "--gap", "0", "--seed", "0"}), std::nullopt);
+  EXPECT_EQ(parse({kFile, "--sigma", "0"}), 2);
+  EXPECT_THAT(error_, HasSubstr("--sigma: must be positive, is 0\n"));
+  EXPECT_EQ(parse({kFile, "--gap", "-1"}), 2);
+  EXPECT_THAT(error_, HasSubstr("--gap: must not be negative, is -1\n"));
+  EXPECT_EQ(parse({kFile, "--seed", "-1"}), 2);
+  EXPECT_THAT(error_, HasSubstr("--seed: must not be negative, is -1\n"));
 }
 
 TEST_F(CommandLineTest, AFileThatIsNotThereEndsWithOne) {
@@ -205,7 +225,9 @@ TEST(ExitCode, TellsDataUseAndDoubtApart) {
   EXPECT_EQ(exit_code("mapper", Result<Doubt>(bad_use("needs --map"))), 2);
   EXPECT_EQ(exit_code("mapper", Result<Doubt>(Doubt{"not converged"})), 3);
   EXPECT_EQ(::testing::internal::GetCapturedStderr(),
-            "mapper: robot.log: is empty\nmapper: needs --map\nmapper: needs --map\n"
+            "mapper: robot.log: is empty\n"
+            "mapper: needs --map\nmapper --help lists the arguments.\n"
+            "mapper: needs --map\nmapper --help lists the arguments.\n"
             "mapper: in doubt: not converged\n");
 }
 
