@@ -9,6 +9,7 @@
 
 #include <wayfare/logger/messages.hpp>
 
+#include "support/json_object.hpp"
 #include "support/program_files.hpp"
 #include "support/ros_topics.hpp"
 
@@ -191,9 +192,10 @@ SO3d UnitOptions::q_base_unit(const UnitReadings& readings, const Recording& log
 Result<MagnetometerCalibration> read_calibration(const std::string& path) {
   const auto content = io::read_file(path);
   if (!content) return content.error();
-  const Json json = Json::parse(content->bytes, nullptr, false);
+  const auto parsed = parse_json_object<Json>(content->bytes, path);
+  if (!parsed) return parsed.error();
+  const Json& json = *parsed;
   const auto error = [&](const char* what) { return Error{ErrorCode::parse, what, path}; };
-  if (!json.is_object()) return error("is not a JSON object");
   MagnetometerCalibration c;
   if (!json.contains("offset_uT") || !read_triple(json["offset_uT"], c.offset_uT))
     return error("needs 'offset_uT', three numbers");

@@ -25,6 +25,7 @@
 
 #include "set_right.hpp"
 #include "support/command_line.hpp"
+#include "support/json_object.hpp"
 
 namespace {
 
@@ -147,7 +148,8 @@ Result<logger::SensorOptions> read_sensor(const Json& json, const std::string& p
 Result<logger::LoggerOptions> read_logger_config(const std::string& path) {
   const auto file = io::read_file(path);
   if (!file) return file.error();
-  const Json json = Json::parse(file->bytes, nullptr, false, true);
+  const auto json = examples::parse_json_object<Json>(file->bytes, path);
+  if (!json) return json.error();
   logger::LoggerOptions o;
   Json sensors;
   const auto control = [&](const Json& v) -> std::optional<std::string> {
@@ -159,7 +161,7 @@ Result<logger::LoggerOptions> read_logger_config(const std::string& path) {
     return done ? std::nullopt : std::optional(done.error().message);
   };
   const auto done = apply(
-      json,
+      *json,
       {{"folder", text(o.folder)},
        {"prefix", text(o.prefix)},
        {"base_frame", text(o.base_frame)},

@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "support/json_object.hpp"
+
 namespace wayfare::examples {
 namespace {
 
@@ -72,9 +74,10 @@ Result<StepLength> calibrated_to(const StepLength& model, std::span<const Step> 
 Result<StepLength> read_step_calibration(const std::string& path) {
   const auto content = io::read_file(path);
   if (!content) return content.error();
-  const Json json = Json::parse(content->bytes, nullptr, false);
+  const auto parsed = parse_json_object<Json>(content->bytes, path);
+  if (!parsed) return parsed.error();
+  const Json& json = *parsed;
   const auto error = [&](const std::string& what) { return Error{ErrorCode::parse, what, path}; };
-  if (!json.is_object()) return error("is not a JSON object");
   const std::string name =
       json.contains("length") && json["length"].is_string() ? json["length"] : Json("");
   if (std::find(kNames.begin(), kNames.end(), name) == kNames.end())

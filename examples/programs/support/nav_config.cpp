@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include <wayfare/io/text_file.hpp>
 
 #include "command_line.hpp"
+#include "json_object.hpp"
 #include "nav_keys.hpp"
 #include "program_files.hpp"
 
@@ -117,15 +119,15 @@ void fill_filter(Json& json, NavConfig& c) {
 
 Result<NavConfig> parse_nav_config(const std::string& text, const std::string& source) {
   const Reader reader{source};
-  const Json json = Json::parse(text, nullptr, false, true);
-  if (!json.is_object()) return reader.error("expected a JSON object of options");
+  const auto json = parse_json_object<Json>(text, source);
+  if (!json) return json.error();
   NavConfig c;
   const std::map<std::string, io::NavFileFormat*> files = {{"imu_clock", &c.imu_clock},
                                                            {"ranges", &c.ranges},
                                                            {"fixes", &c.fixes},
                                                            {"wheels", &c.wheels},
                                                            {"truth", &c.truth}};
-  for (const auto& [key, value] : json.items()) {
+  for (const auto& [key, value] : json->items()) {
     Result<void> done;
     if (key == "note") {
       c.note = value.is_string() ? value.get<std::string>() : std::string();
@@ -191,8 +193,9 @@ Result<std::string> updated_nav_config(const std::string& path, const NavConfig&
   if (!path.empty()) {
     const auto file = io::read_file(path);
     if (!file) return file.error();
-    json = Json::parse(file->bytes, nullptr, false, true);
-    if (!json.is_object()) return Error{ErrorCode::parse, "expected a JSON object", path};
+    auto described = parse_json_object<Json>(file->bytes, path);
+    if (!described) return described.error();
+    json = *std::move(described);
   }
   NavConfig c = config;
   for (const Key& key : general_keys(c))

@@ -7,6 +7,8 @@
 
 #include <wayfare/io/text_file.hpp>
 
+#include "json_object.hpp"
+
 namespace wayfare::examples {
 
 using Json = nlohmann::ordered_json;
@@ -30,10 +32,10 @@ OptionField option_field(const char* name, Angle& value) {
 Result<void> read_option_fields(const std::string& path, const std::vector<OptionField>& known) {
   const auto file = io::read_file(path);
   if (!file) return file.error();
-  const Json json = Json::parse(file->bytes, nullptr, false, true);
+  const auto json = parse_json_object<Json>(file->bytes, path);
+  if (!json) return json.error();
   const auto error = [&](const std::string& what) { return Error{ErrorCode::parse, what, path}; };
-  if (!json.is_object()) return error("expected a JSON object of options");
-  for (const auto& [key, value] : json.items()) {
+  for (const auto& [key, value] : json->items()) {
     const auto match =
         std::find_if(known.begin(), known.end(),
                      [&, name = key](const OptionField& f) { return f.name == name; });
