@@ -73,9 +73,12 @@ Result<Doubt> run(const Options& o) {
   auto recording = load_nav_recording(o.files, *config, std::ref(reading));
   if (!recording) return recording.error();
   reading.finish();
+  const std::vector<ImuSample>& imu = recording->recording.imu;
+  if (auto ok = check_outages(*outages, to_seconds(imu.back().time - imu.front().time)); !ok)
+    return ok.error();
   std::vector<DriveFinding> found = check_drive(recording->recording, config->filter).findings;
   for (const NavOutage& outage : *outages) {
-    const LogTime begin = recording->recording.imu.front().time + from_seconds(outage.start_s);
+    const LogTime begin = imu.front().time + from_seconds(outage.start_s);
     apply_outage({begin, begin + from_seconds(outage.length_s), outage.satellites_left},
                  recording->recording);
   }

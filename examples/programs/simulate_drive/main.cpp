@@ -81,9 +81,8 @@ void add_sensor_options(CommandLine& app, Options& o) {
                  "samples per second of the inertial unit");
   app.add_flag("--perfect-imu", o.perfect_unit, "an inertial unit without errors");
   app.add_number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs per second of the receiver");
-  app.add_option("--satellites", o.satellites,
-                 "largest number of satellites, chosen for their geometry")
-      .show_default();
+  app.add_number("--satellites", o.satellites, 1, 64,
+                 "largest number of satellites, chosen for their geometry");
   app.add_number("--mask", o.elevation_mask_deg, -10.0, 90.0, "smallest elevation, degrees");
   app.add_number("--range-sigma", o.ranges.range_sigma_m, 0.0, 1000.0, "noise of a range, m");
   app.add_number("--rate-sigma", o.ranges.range_rate_sigma_mps, 0.0, 1000.0,
@@ -127,17 +126,20 @@ Result<sim::VehicleTrajectory> load_trajectory(const Options& o) {
   return followed;
 }
 
-Result<sim::SatelliteOutage> parse_outage(const std::string& text, LogTime start) {
+Result<sim::SatelliteOutage> parse_outage(const std::string& text,
+                                          const sim::VehicleTrajectory& trajectory) {
   const auto outages = parse_outages(text);
   if (!outages || outages->size() != 1 ||
       outages->front().start_s + outages->front().length_s > 1e7)
     return bad_use("--outage must be BEGIN:LENGTH[:SATELLITES], not '" + text + "'");
+  if (auto ok = check_outages(*outages, to_seconds(trajectory.end() - trajectory.begin())); !ok)
+    return ok.error();
   const NavOutage& o = outages->front();
-  const LogTime from = start + from_seconds(o.start_s);
+  const LogTime from = trajectory.begin() + from_seconds(o.start_s);
   return sim::SatelliteOutage{from, from + from_seconds(o.length_s), o.satellites_left};
 }
 
-Result<void> complete(Options& o, LogTime start) {
+Result<void> complete(Options& o, const sim::VehicleTrajectory& trajectory) {
   if (!o.config.empty()) {
     const auto config = read_nav_config(o.config);
     if (!config) return config.error();
@@ -155,7 +157,7 @@ Result<void> complete(Options& o, LogTime start) {
   o.ranges.multipath.per_satellite_hour = o.multipath_per_hour;
   o.ranges.antenna_lever_arm_m = {o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]};
   for (const std::string& text : o.outages) {
-    auto outage = parse_outage(text, start);
+    auto outage = parse_outage(text, trajectory);
     if (!outage) return outage.error();
     o.ranges.outages.push_back(*outage);
   }
@@ -174,7 +176,7 @@ Result<void> run(Options& o) {
   if (auto ready = o.prepare(o.formats.with_files(files)); !ready) return ready;
   const auto trajectory = load_trajectory(o);
   if (!trajectory) return trajectory.error();
-  if (auto ok = complete(o, trajectory->begin()); !ok) return ok;
+  if (auto ok = complete(o, *trajectory); !ok) return ok;
   const Rng rng(o.seed);
   const sim::SimulatedImu imu = sim::simulate_imu(*trajectory, o.imu, rng.stream(0));
   const sim::SimulatedRanges ranges =

@@ -6,6 +6,8 @@
 #include <map>
 #include <string_view>
 
+#include <wayfare/eval/table.hpp>
+
 #include "command_line.hpp"
 #include "nav_config.hpp"
 
@@ -35,6 +37,14 @@ Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
     outages.push_back(outage);
   }
   return outages;
+}
+
+Result<void> check_outages(const std::vector<NavOutage>& outages, double length_s) {
+  const auto outside = std::ranges::find_if(
+      outages, [&](const NavOutage& outage) { return outage.start_s >= length_s; });
+  if (outside == outages.end()) return {};
+  return bad_use("--outage begins at " + eval::fixed(outside->start_s, 1) +
+                 " s, outside the recording, which takes " + eval::fixed(length_s, 1) + " s");
 }
 
 Result<void> choose_columns(const std::vector<std::string>& texts, NavConfig& config) {

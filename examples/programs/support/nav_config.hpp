@@ -44,6 +44,8 @@ struct NavOutage {
 
 /// "START:LENGTH[:SATELLITES],..." in seconds.
 [[nodiscard]] Result<std::vector<NavOutage>> parse_outages(const std::string& text);
+/// A wrong argument if one of them begins after a recording of this length.
+[[nodiscard]] Result<void> check_outages(const std::vector<NavOutage>& outages, double length_s);
 
 /// io::read_nav_recording, with the description's factors and start; reports skipped lines on
 /// standard error. `apart`: streams that do not overlap in time are no error.
