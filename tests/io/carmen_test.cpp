@@ -256,7 +256,7 @@ TEST(Carmen, FindsTheNoReturnValue) {
 
 TEST(Carmen, NothingUsefulIsAnError) {
   for (const std::string& text :
-       {std::string(), std::string("ODOM 0 0 0 0 0 0 1 h 1\n"), std::string(1000, '\0'),
+       {std::string("\n"), std::string("ODOM 0 0 0 0 0 0 1 h 1\n"), std::string(1000, '\0'),
         std::string("FLASER 3 1 1\n"), std::string("hello world\n")}) {
     const Result<CarmenLog> log = parse_carmen(text, "test.log");
     ASSERT_FALSE(log);
@@ -264,6 +264,7 @@ TEST(Carmen, NothingUsefulIsAnError) {
   }
   EXPECT_THAT(parse_carmen("FLASER 3 1 1\n", "test.log").error().to_string(),
               HasSubstr("test.log:1: no usable laser"));
+  EXPECT_EQ(parse_carmen("", "test.log").error().to_string(), "test.log: is empty");
 }
 
 TEST(Carmen, NothingUsefulWithoutKeptProblemsIsTheSameError) {

@@ -67,6 +67,7 @@ TEST(MapImage, MalformedPicturesAndYaml) {
   const std::pair<std::string, const char*> pictures[] = {
       {"", "not a PGM"},
       {"P6 1 1 255\nabc", "not a PGM"},
+      {"\x89PNG\r\n", "convert the PNG to PGM"},
       {"P5 0 1 255\n", "not a size: '0'"},
       {"P5 x 1 255\n", "not a size: 'x'"},
       {"P5 3 2 255\n12345", "cut off"},
@@ -89,7 +90,9 @@ TEST(MapImage, MalformedPicturesAndYaml) {
       {good + "origin: [1, 2, nan]\n", "m.yaml:3"},
       {good + "origin: [1, 2, 0]\nmode: raw\n", "m.yaml:4: 'mode' must be trinary or scale"},
       {good + "origin: [1, 2, 0]\nfree_thresh: x\n", "m.yaml:4: 'free_thresh' must be a number"},
-      {good + "rubbish\n", "m.yaml:3: expected 'key: value'"},
+      {good + "rubbish\n", "m.yaml:3: not 'key: value'; expected the .yaml file of a map"},
+      {"P5\n2 2\n255\n", "m.yaml: is a picture; expected the .yaml file of a map"},
+      {"\x89PNG\r\n", "m.yaml: is a picture"},
   };
   for (const auto& [text, message] : yamls) {
     const Result<MapYaml> yaml = parse_map_yaml(text, "m.yaml");

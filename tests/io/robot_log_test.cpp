@@ -125,7 +125,9 @@ TEST(RobotLog, ALogWithoutLaserIsReadIfAllowed) {
   ASSERT_EQ(log.recording.radar.size(), 1U);
   EXPECT_EQ(log.recording.radar[0].points[0], (RadarPoint{1.0F, 2.0F, 0.0F, -0.5F, 13.2F}));
   ASSERT_EQ(log.recording.wheels.size(), 1U);
-  EXPECT_FALSE(parse_carmen("# nothing\n", "log", {.needs_laser = false}).has_value());
+  const auto nothing = parse_carmen("# nothing\n", "log", {.needs_laser = false});
+  ASSERT_FALSE(nothing.has_value());
+  EXPECT_THAT(nothing.error().message, HasSubstr("no line of a robot's log"));
 }
 
 struct BadLine {

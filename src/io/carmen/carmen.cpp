@@ -12,6 +12,7 @@
 
 #include "io/carmen/carmen_clock.hpp"
 #include "io/carmen/carmen_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -283,8 +284,12 @@ class CarmenReader {
   }
 
   [[nodiscard]] Error no_scans() const {
-    std::string message =
-        "no usable laser scan in " + std::to_string(log_.statistics.lines) + " lines";
+    const std::size_t lines = log_.statistics.lines;
+    if (lines == 0 && log_.problems.empty())
+      return Error{ErrorCode::parse, "is empty", faults_.source()};
+    const char* wanted = options_.needs_laser ? "no usable laser scan in "
+                                              : "no line of a robot's log (FLASER, RADAR, ...) in ";
+    std::string message = wanted + std::to_string(lines) + " lines";
     if (log_.statistics.rear_scans != 0) message += " (only rear scans)";
     std::size_t line = 0;
     if (!log_.problems.first().empty()) {
@@ -313,7 +318,7 @@ Result<CarmenLog> read_carmen(const std::string& path, const CarmenOptions& opti
   const Result<FileContent> content = read_file(path, options.file);
   if (!content) return content.error();
   CarmenReader reader(path, options);
-  if (content->damage) reader.report(*content->damage);
+  if (content->damage) reader.report(with_data_before(*content->damage));
   Result<CarmenLog> log = reader.read(content->bytes);
   if (log) log->statistics.compressed = content->was_gzip;
   return log;

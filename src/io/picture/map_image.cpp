@@ -119,7 +119,8 @@ Result<Image> parse_pgm(std::string_view bytes, const std::string& source) {
   };
   const std::string_view magic = pgm_word(rest);
   if (magic != "P5" && magic != "P2")
-    return fault("not a PGM picture: begins with '" + text::printable(magic, 8) + "'");
+    return fault("not a PGM picture: begins with '" + text::printable(magic, 8) + "'" +
+                 (bytes.starts_with("\x89PNG") ? "; convert the PNG to PGM" : ""));
   std::array<std::size_t, 3> header{};  // width, height, largest value
   for (std::size_t& value : header) {
     const std::string_view word = pgm_word(rest);
@@ -196,6 +197,9 @@ std::optional<std::array<double, 3>> three_numbers(std::string_view list) {
 }  // namespace
 
 Result<MapYaml> parse_map_yaml(std::string_view all, const std::string& source) {
+  constexpr const char* kExpected = "expected the .yaml file of a map ('image: map.pgm', ...)";
+  if (all.starts_with("P5") || all.starts_with("P2") || all.starts_with("\x89PNG"))
+    return Error{ErrorCode::parse, std::string("is a picture; ") + kExpected, source};
   std::map<std::string, Entry, std::less<>> entries;
   text::Lines lines(all);
   for (std::string_view line; lines.next(line);) {
@@ -203,7 +207,8 @@ Result<MapYaml> parse_map_yaml(std::string_view all, const std::string& source) 
     if (line.empty() || line.front() == '#' || line == "---") continue;
     const std::size_t colon = line.find(':');
     if (colon == line.npos)
-      return Error{ErrorCode::parse, "expected 'key: value'", source, lines.number()};
+      return Error{ErrorCode::parse, std::string("not 'key: value'; ") + kExpected, source,
+                   lines.number()};
     entries[std::string(text::trimmed(line.substr(0, colon)))] = {unquoted(line.substr(colon + 1)),
                                                                   lines.number()};
   }

@@ -124,14 +124,14 @@ Result<FileContent> decompress(std::string_view bytes, const std::string& source
       const std::string_view rest = inflater.rest();
       if (rest.find_first_not_of('\0') == rest.npos) break;  // padding after the end is harmless
       if (!looks_like_gzip(rest) || !inflater.restart()) {
-        damaged("something that is not gzip follows the compressed data; ignored");
+        damaged("something that is not gzip follows the compressed data");
         break;
       }
     } else if ((code == Z_OK || code == Z_BUF_ERROR) && written == 0 && inflater.rest().empty()) {
-      damaged("the compressed data is cut off; the data before that is used");
+      damaged("the compressed data is cut off");
       break;
     } else if (code != Z_OK && (code != Z_BUF_ERROR || written == 0)) {
-      damaged("the compressed data is damaged; the data before that is used");
+      damaged("the compressed data is damaged");
       break;
     }
   }

@@ -105,6 +105,12 @@ inline Error no_content(const char* what, const std::string& source, const Probl
   return Error{ErrorCode::parse, message + "; first problem: " + first.message, source, first.line};
 }
 
+/// Of a compressed file whose content up to the damage is used.
+inline Error with_data_before(Error damage) {
+  damage.message += "; the data before that is used";
+  return damage;
+}
+
 /// `parse(bytes, path, arguments...)` of a file's content; a damaged gzip stream adds a problem.
 template <class Parse, class... Arguments>
 auto read_and_parse(const std::string& path, const ReadOptions& options, const Parse& parse,
@@ -113,7 +119,7 @@ auto read_and_parse(const std::string& path, const ReadOptions& options, const P
   const Result<FileContent> content = read_file(path, options);
   if (!content) return content.error();
   auto file = parse(content->bytes, path, arguments...);
-  if (file && content->damage) file->problems.add(*content->damage);
+  if (file && content->damage) file->problems.add(with_data_before(*content->damage));
   return file;
 }
 
