@@ -54,7 +54,7 @@ io::Report report_of(const MagnetometerCalibration& c, const std::string& file) 
 }
 
 Result<void> run(const Arguments& a) {
-  if (auto ok = refuse_existing({a.out}, a.write()); !ok) return ok;
+  if (auto ok = check_writable({a.out}, a.write()); !ok) return ok;
   if (auto ok = a.prepare_json(); !ok) return ok;
   const auto file = a.recording.read(a.file);
   if (!file) return file.error();

@@ -93,11 +93,11 @@ Result<Doubt> run(Options o) {
     apply(*chirps, o.calibration.velocity);
     for (const auto& [name, text] : facts_of(*chirps)) radar.emplace_back("radar " + name, text);
   }
+  if (auto ready = o.prepare({"report.html"}); !ready) return ready.error();
+  if (auto ready = check_writable({o.corrected}, o.write()); !ready) return ready.error();
   Doubt doubt;
   const auto recording = read_robot_log(o.log, o.topics, false, &doubt);
   if (!recording) return recording.error();
-  if (auto ready = o.prepare({"report.html"}); !ready) return ready.error();
-  if (auto ready = refuse_existing({o.corrected}, o.write()); !ready) return ready.error();
   const auto found = run_timed("calibration", o.quiet, [&](ProgressLine& progress) {
     return calibrate_robot(*recording, o.calibration, std::ref(progress));
   });

@@ -204,13 +204,13 @@ void print_results(const Facts& facts, const std::vector<Scores>& scores) {
 }
 
 Result<void> run(const Options& o) {
+  if (auto ready = o.prepare(files_of(o)); !ready) return ready;
   const auto in = read_inputs(o);
   if (!in) return in.error();
   const auto scene = scene_of(*in, o);
   if (!scene) return scene.error();
   const auto scores = scores_for(*in, o);
   if (!scores) return scores.error();
-  if (auto ready = o.prepare(files_of(o)); !ready) return ready;
   const Facts facts = {{"LiDAR", std::to_string(scene->points.scans) + " scans, " +
                                      std::to_string(scene->points.lidar_m.size()) + " points"},
                        {"radar", std::to_string(scene->points.frames) + " frames, " +

@@ -50,13 +50,13 @@ std::vector<OptionField> fields(GraphSlamOptions& o) {
 
 Result<LogRun> run(GraphSlamOptions options, const StateFiles& files, const Recording& recording,
                    const SlamArguments& arguments, const SlamProgress& progress) {
-  const auto saved = files.read();
+  const auto saved = files.read(arguments.write());
   if (!saved) return saved.error();
   options.threads = arguments.threads;
   std::vector<std::uint8_t> state;
   auto slam =
       run_graph_slam(recording, options, progress, *saved, files.to.empty() ? nullptr : &state);
-  if (!slam) return slam.error();
+  if (!slam) return files.named(slam.error());
   if (auto ok = files.write(state, arguments.write()); !ok) return ok.error();
   const GraphSlamStatistics& s = slam->statistics;
   Facts facts = {{"graph", size_of(slam->graph)},

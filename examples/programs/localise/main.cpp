@@ -129,6 +129,8 @@ Result<Doubt> run(const Options& o) {
     return bad_use("--initial must be three numbers");
   if (o.sensors != "lidar" && !o.sensors.empty() && o.radar_map.empty())
     return bad_use("localisation by radar needs a --radar-map");
+  if (auto ready = o.prepare({"trajectory.tum", "poses.csv", "report.html"}); !ready)
+    return ready.error();
   const auto maps = read_maps(o);
   if (!maps) return maps.error();
   Doubt doubt;
@@ -136,8 +138,6 @@ Result<Doubt> run(const Options& o) {
   if (!recording) return recording.error();
   const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
-  if (auto ready = o.prepare({"trajectory.tum", "poses.csv", "report.html"}); !ready)
-    return ready.error();
   const auto timed = localise(o, *maps, *recording);
   if (!timed) return timed.error();
   print_refused_scans(timed->slam.refused_scans, timed->slam.first_refusal);

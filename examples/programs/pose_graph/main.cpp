@@ -105,7 +105,7 @@ Result<Doubt> run(io::GraphFile<G>& file, const Arguments& a) {
 }
 
 Result<Doubt> run(const Arguments& a) {
-  if (auto ok = refuse_existing({a.out, a.svg, a.marginals, a.rejected}, a.write()); !ok)
+  if (auto ok = check_writable({a.out, a.svg, a.marginals, a.rejected}, a.write()); !ok)
     return ok.error();
   if (auto ok = a.prepare_json(); !ok) return ok.error();
   auto file = io::read_g2o(a.input, a.file);

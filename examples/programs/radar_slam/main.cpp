@@ -182,11 +182,11 @@ void add_doubts(const RadarSlamRun& slam, const Inputs& inputs, Doubt& doubt) {
 
 Result<Doubt> run(Options o) {
   if (auto ok = read_config(o.config_file, o.config); !ok) return ok.error();
-  auto inputs = read_inputs(o);
-  if (!inputs) return inputs.error();
   const auto more = picture_files(o.config.slam.keep_paths, o.draw_scans);
   if (auto ready = prepare_folder(o.out, o.write(), more); !ready) return ready.error();
   if (auto ready = o.prepare_json(); !ready) return ready.error();
+  auto inputs = read_inputs(o);
+  if (!inputs) return inputs.error();
   const auto run = run_filter(*inputs, o);
   if (!run) return run.error();
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);

@@ -136,11 +136,11 @@ Result<void> run(Options o) {
     apply(*chirps, o.velocity);
     for (const auto& [name, text] : facts_of(*chirps)) radar.emplace_back("radar " + name, text);
   }
+  if (auto ready = o.prepare({"velocity.csv", "path.tum", "report.html"}); !ready) return ready;
   const auto recording = read_robot_log(o.log, o.topics, false);
   if (!recording) return recording.error();
   if (recording->radar.empty())
     return Error{ErrorCode::not_found, "contains no radar points", o.log};
-  if (auto ready = o.prepare({"velocity.csv", "path.tum", "report.html"}); !ready) return ready;
   const Velocities f = estimate(recording->radar, o);
   if (f.found.empty()) return Error{ErrorCode::degenerate, f.first_refusal, o.log};
   std::optional<InertialResult> inertial;

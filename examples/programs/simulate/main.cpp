@@ -198,7 +198,7 @@ Result<void> write(const Options& o, const Recording& r, const Trajectory& truth
 }
 
 Result<void> run(const Options& o) {
-  if (auto ok = refuse_existing({o.out, o.truth}, o.write()); !ok) return ok;
+  if (auto ok = check_writable({o.out, o.truth}, o.write()); !ok) return ok;
   if (o.voxels.empty() && !is_world(o.plan)) {
     const auto run = simulate_in_plan(o);
     if (!run) return run.error();

@@ -18,11 +18,11 @@ using namespace wayfare::examples;
 
 Result<LogRun> run(SubmapSlamOptions options, const StateFiles& files, const Recording& recording,
                    const SlamArguments& arguments, const SlamProgress& progress) {
-  const auto saved = files.read();
+  const auto saved = files.read(arguments.write());
   if (!saved) return saved.error();
   options.threads = arguments.threads;
   auto slam = run_submap_slam(recording, options, progress, *saved);
-  if (!slam) return slam.error();
+  if (!slam) return files.named(slam.error());
   if (auto ok = files.write(slam->state, arguments.write()); !ok) return ok.error();
   const SubmapSlamStatistics& s = slam->statistics;
   const double mebibytes = static_cast<double>(slam->memory_bytes) / (1 << 20);

@@ -1,6 +1,9 @@
 #include "program_files.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
@@ -14,12 +17,13 @@ std::string OutputArguments::path(const std::string& name) const {
 }
 
 Result<void> OutputArguments::prepare(const std::vector<std::string>& names) const {
-  if (auto ready = prepare_json(); !ready || out.empty()) return ready;
-  return prepare_files(out, names, write());
+  if (!out.empty())
+    if (auto ready = prepare_files(out, names, write()); !ready) return ready;
+  return prepare_json();
 }
 
 Result<void> OutputArguments::prepare_json() const {
-  return json == "-" ? Result<void>{} : refuse_existing({json}, write());
+  return json == "-" ? Result<void>{} : check_writable({json}, write());
 }
 
 Result<void> OutputArguments::write_report(const io::Report& report) const {
@@ -63,16 +67,22 @@ Result<void> prepare_files(const std::string& folder, const std::vector<std::str
   fs::create_directories(folder, code);
   if (code) return Error{ErrorCode::io, "cannot be created: " + code.message(), folder};
   for (const std::string& name : names)
-    if (auto ok = refuse_existing({(fs::path(folder) / name).string()}, options); !ok) return ok;
+    if (auto ok = check_writable({(fs::path(folder) / name).string()}, options); !ok) return ok;
   return {};
 }
 
-Result<void> refuse_existing(std::initializer_list<std::string> paths,
-                             const io::WriteOptions& options) {
+Result<void> check_writable(std::initializer_list<std::string> paths,
+                            const io::WriteOptions& options) {
   std::error_code code;
-  for (const std::string& path : paths)
-    if (options.existing == io::Existing::refuse && !path.empty() && fs::exists(path, code))
+  for (const std::string& path : paths) {
+    if (path.empty()) continue;
+    if (options.existing == io::Existing::refuse && fs::exists(path, code))
       return Error{ErrorCode::io, "already exists; --force replaces it", path};
+    const fs::path folder = fs::absolute(path).parent_path();
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+      return Error{ErrorCode::io, "cannot be written: " + std::generic_category().message(errno),
+                   path};
+  }
   return {};
 }
 

@@ -28,13 +28,13 @@ struct OutputArguments {
   }
   /// Of a file in the folder.
   [[nodiscard]] std::string path(const std::string& name) const;
-  /// Creates the folder, if one is named. Without --force, an error if it contains one of the files
-  /// `names`, or if the file of --json exists. To be called before the work whose results they
-  /// take.
+  /// Creates the folder, if one is named. An error if one of the files `names` in it, or that of
+  /// --json, cannot be written, or exists without --force. To be called before the work whose
+  /// results they take.
   [[nodiscard]] Result<void> prepare(const std::vector<std::string>& names) const;
   /// Whether write_report() writes anything.
   [[nodiscard]] bool wants_report() const { return !out.empty() || !json.empty(); }
-  /// The error of a --json file that exists and is not to be replaced.
+  /// The same for the file of --json alone.
   [[nodiscard]] Result<void> prepare_json() const;
   /// As HTML in report.html of the folder, if one is named, and as JSON for --json.
   [[nodiscard]] Result<void> write_report(const io::Report& report) const;
@@ -61,9 +61,10 @@ void add_json(CommandLine& app, OutputArguments& arguments);
 [[nodiscard]] Result<void> prepare_files(const std::string& folder,
                                          const std::vector<std::string>& names,
                                          const io::WriteOptions& options);
-/// An error for the first of `paths` that exists; empty ones are not checked.
-[[nodiscard]] Result<void> refuse_existing(std::initializer_list<std::string> paths,
-                                           const io::WriteOptions& options);
+/// An error for the first of `paths` that exists and is not to be replaced, or whose folder cannot
+/// be written; empty ones are not checked.
+[[nodiscard]] Result<void> check_writable(std::initializer_list<std::string> paths,
+                                          const io::WriteOptions& options);
 
 /// Of several writes, all of which are tried.
 [[nodiscard]] Result<void> first_error(std::initializer_list<Result<void>> results);

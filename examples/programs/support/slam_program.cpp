@@ -59,6 +59,8 @@ Result<void> read_config(const std::string& path, const LogProgram& program) {
 Result<Recording> read_recording(const Arguments& o, Doubt& doubt) {
   auto recording = read_robot_log(o.log, o.topics, true, &doubt);
   if (!recording) return recording;
+  if (recording->scans.empty())
+    return Error{ErrorCode::not_found, "contains no laser scans", o.log};
   if (o.no_odometry) recording->odometry.clear();
   drop_still_odometry(*recording);
   return recording;
@@ -93,6 +95,9 @@ Result<Doubt> run(const Arguments& o, const LogProgram& program) {
   if (auto ok = read_config(o.config, program); !ok) return ok.error();
   auto relations = read_relations_or_none(o.relations);
   if (!relations) return relations.error();
+  if (auto ready = prepare_folder(o.out, o.write(), program.more_files); !ready)
+    return ready.error();
+  if (auto ready = o.prepare_json(); !ready) return ready.error();
   Doubt doubt;
   const auto recording = read_recording(o, doubt);
   if (!recording) return recording.error();
@@ -100,9 +105,6 @@ Result<Doubt> run(const Arguments& o, const LogProgram& program) {
   if (!relations) return relations.error();
   const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
-  if (auto ready = prepare_folder(o.out, o.write(), program.more_files); !ready)
-    return ready.error();
-  if (auto ready = o.prepare_json(); !ready) return ready.error();
   const auto run = run_timed(program.system, o.quiet, [&](ProgressLine& progress) {
     return program.run(*recording, o, std::ref(progress));
   });
@@ -136,7 +138,13 @@ void StateFiles::add_options(CommandLine& app) {
               "goes on from the map that --save wrote before");
 }
 
-Result<std::vector<std::uint8_t>> StateFiles::read() const {
+Error StateFiles::named(Error error) const {
+  if (error.source == "saved map") error.source = from;
+  return error;
+}
+
+Result<std::vector<std::uint8_t>> StateFiles::read(const io::WriteOptions& options) const {
+  if (auto ready = check_writable({to}, options); !ready) return ready.error();
   if (from.empty()) return std::vector<std::uint8_t>();
   const auto file = io::read_file(from, {std::size_t{1} << 40});
   if (!file) return file.error();

@@ -101,8 +101,10 @@ struct StateFiles {
 
   /// --continue and --save.
   void add_options(CommandLine& app);
-  /// Of `from`, if there is one.
-  [[nodiscard]] Result<std::vector<std::uint8_t>> read() const;
+  /// Of `from`, if there is one. An error if `to` cannot be written.
+  [[nodiscard]] Result<std::vector<std::uint8_t>> read(const io::WriteOptions& options) const;
+  /// An error of a system that continues, with the name of `from` where that is at fault.
+  [[nodiscard]] Error named(Error error) const;
   /// To `to`, if there is one.
   [[nodiscard]] Result<void> write(const std::vector<std::uint8_t>& state,
                                    const io::WriteOptions& options) const;
