@@ -12,6 +12,7 @@
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/robot_calibration.hpp>
 
+#include "support/plans.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 #include "support/slam_program.hpp"
@@ -180,7 +181,11 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app("Calibrate simulated robots of known geometry and print the errors over seeds.");
   Options o;
-  app.add_option("--world", o.world, "a world of simulate, or straight").show_default();
+  std::vector<std::string> worlds = world_names();
+  worlds.emplace_back("straight");
+  app.add_option("--world", o.world, "a world of simulate, or straight")
+      .one_of(worlds)
+      .show_default();
   app.add_option("--without", o.without, "sensor that is silent")
       .one_of({"nothing", "laser", "radar", "gyro", "wheels"})
       .show_default();

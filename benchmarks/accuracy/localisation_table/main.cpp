@@ -1,6 +1,7 @@
 // Monte-Carlo localisation in simulated worlds, over seeds: global localisation, after kidnapping,
 // and tracking.
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -10,6 +11,7 @@
 #include <wayfare/eval/table.hpp>
 
 #include "localise/trials.hpp"
+#include "support/plans.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 
@@ -98,7 +100,18 @@ std::string spread(const std::vector<double>& values, double scale, int decimals
   return eval::mean_std(scale * s.mean, scale * s.std, decimals);
 }
 
+/// Names, or files VOXELS,PATH.
+Result<void> check_worlds(const std::vector<std::string>& worlds) {
+  std::vector<std::string> names = world_names();
+  names.insert(names.begin(), "building");
+  for (const std::string& world : worlds)
+    if (world.find(',') == world.npos && std::ranges::find(names, world) == names.end())
+      return no_such_world(world, names);
+  return {};
+}
+
 Result<void> run(const Options& o) {
+  if (auto ok = check_worlds(o.worlds); !ok) return ok;
   eval::Table table({{"world"},
                      {"global"},
                      {"distance, median / worst", "m"},

@@ -12,6 +12,7 @@
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/sync/radar_odometry.hpp>
 
+#include "support/plans.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 #include "support/slam_program.hpp"
@@ -155,7 +156,7 @@ int main(int argc, char** argv) {
       "Run odometry and radar SLAM in a simulated world with good, slipping and missing wheels, "
       "each with and without the radar's velocity, and print the errors over seeds.");
   Options o;
-  app.add_option("--world", o.world, "a world of simulate").show_default();
+  app.add_option("--world", o.world, "a world of simulate").one_of(world_names()).show_default();
   app.add_option("--sensors", o.sensors, "radar, lidar or both").one_of({"radar", "lidar", "both"});
   app.add_option("--runs", o.runs, "runs, one per seed").range(1, 1000).show_default();
   app.add_option("--seed", o.first_seed, "of the random numbers, for the first run").show_default();

@@ -12,6 +12,7 @@
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
+#include "support/plans.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 #include "support/slam_program.hpp"
@@ -169,7 +170,7 @@ int main(int argc, char** argv) {
       "Run radar SLAM in a simulated world over many seeds and print mean and standard deviation "
       "of its errors; trajectories start at the true pose, without further alignment.");
   Options o;
-  app.add_option("WORLD", o.world, "corridor_loop, room or cluttered_room").required();
+  app.add_option("WORLD", o.world, "a world of simulate").one_of(world_names()).required();
   app.add_option("--sensors", o.sensors, "radar, lidar, both").one_of({"radar", "lidar", "both"});
   app.add_option("--runs", o.runs, "runs, one per seed").range(1, 1000).show_default();
   app.add_option("--seed", o.first_seed, "of the random numbers, for the first run").show_default();

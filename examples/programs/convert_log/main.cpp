@@ -58,6 +58,9 @@ void print_counts(const Recording& r, const MargRecording& unit, const Options& 
 }
 
 Result<void> convert(const Options& o) {
+  if (!o.out.ends_with(".mcap") && !o.out.ends_with(".bag"))
+    return bad_use("--out ends neither in .mcap nor in .bag: " + o.out);
+  if (auto ready = check_writable({o.out}, o.write()); !ready) return ready;
   auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   auto readings = o.unit.read(o.log, o.topics);

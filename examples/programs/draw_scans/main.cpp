@@ -75,16 +75,15 @@ Result<Inputs> read_inputs(const Options& o) {
 Result<LogTime> time_of(const Inputs& in, const char* option, double after_s) {
   const double length_s = to_seconds(in.last - in.first);
   if (after_s >= 0.0 && after_s <= length_s) return in.first + from_seconds(after_s);
-  return Error{ErrorCode::invalid, std::string(option) + " " + eval::fixed(after_s, 1) +
-                                       " is outside the log, whose scans take " +
-                                       eval::fixed(length_s, 1) + " s"};
+  return bad_use(std::string(option) + " " + eval::fixed(after_s, 1) +
+                 " is outside the log, whose scans take " + eval::fixed(length_s, 1) + " s");
 }
 
 Result<ScanChoice> choice_of(const Inputs& in, const Options& o) {
   ScanChoice choice;
   const bool part = o.at_s || o.from_s || o.to_s;
   if (o.frames > 0 && !part && !o.score_s)
-    return Error{ErrorCode::invalid, "--frames needs --at, --from, --to or --score"};
+    return bad_use("--frames needs --at, --from, --to or --score");
   if (o.frames > 0 && part) choice.frames = o.frames;
   for (const auto& [given, option, time] :
        {std::tuple(o.from_s, "--from", &choice.from), std::tuple(o.to_s, "--to", &choice.until),
