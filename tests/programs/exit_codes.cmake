@@ -80,6 +80,61 @@ program_test(bad_use_of_localise 2 "--initial must be three numbers"
 program_test(bad_use_of_simulate 2 "--out LOG is needed" COMMAND "$<TARGET_FILE:simulate>")
 program_test(bad_use_of_monitor 2 "needs a recording" COMMAND "$<TARGET_FILE:monitor>")
 
+program_test(bad_use_of_a_range 2 "--sigma: must be positive, is -1\n.*--help lists the arguments"
+  COMMAND "${_localise};${_in}/empty.txt;${_in}/empty.txt;--sigma;-1;--out;${_x}")
+program_test(bad_use_of_a_seed 2 "--seed: must not be negative, is -1\n"
+  COMMAND "$<TARGET_FILE:simulate>;--seed;-1;--out;${_x}.log")
+program_test(bad_use_of_satellites 2 "--satellites: must be from 1 to 64, is 999\n"
+  COMMAND "$<TARGET_FILE:simulate_drive>;--satellites;999;--out;${_x}")
+program_test(bad_use_of_outages 2 "begins at 1000.0 s, outside the recording, which takes 310.[0-9] s"
+  COMMAND "${_ins};--imu;${_imu};--ranges;${_files}/ranges.txt;--outage;1000:30;--out;${_x}"
+  NEEDS drive_files)
+program_test(bad_use_of_outages_in_a_simulation 2 "outside the recording, which takes 31"
+  COMMAND "$<TARGET_FILE:simulate_drive>;--outage;1000:30;--out;${_x}")
+program_test(bad_use_of_convert_log 2 "neither in .mcap nor in .bag: out.txt"
+  COMMAND "$<TARGET_FILE:convert_log>;${_in}/empty.txt;--out;out.txt")
+program_test(bad_use_of_a_world 2 "corridor_lop: is neither a file nor a world: corridor_loop, .*did you mean corridor_loop[?]"
+  COMMAND "$<TARGET_FILE:simulate>;corridor_lop;--out;${_x}.log")
+program_test(bad_use_of_a_table_of_worlds 2 "rom: is neither a file nor a world: building, .*did you mean room[?]"
+  COMMAND "$<TARGET_FILE:localisation_table>;--world;rom;--quiet")
+program_test(bad_use_of_a_study_in_a_world 2 "WORLD: rom not in {.*room"
+  COMMAND "$<TARGET_FILE:radar_slam_study>;rom")
+
+# Configurations that are no JSON, with the line.
+file(WRITE "${_out}/comma.json" "{\"node_distance_m\": 0.4,\n \"max_range_m\": 30,,\n}\n")
+set(_comma "comma.json:2, byte [0-9]+: not JSON: .*unexpected ','")
+foreach(_case IN ITEMS "graph_slam;${_in}/empty.txt;--config" "radar_slam;${_in}/empty.txt;--config"
+                       "gnss_ins;--imu;${_in}/empty.txt;--config" "logger;--config"
+                       "ahrs;${_in}/turned_about.csv;--calibration" "pedestrian;${_in}/walk.csv;--calibration")
+  list(POP_FRONT _case _program)
+  set(_to --out "${_x}")
+  if(_program STREQUAL "logger")
+    set(_to)
+  endif()
+  program_test(${_program}_with_a_comma_too_many 1 "${_comma}"
+    COMMAND "$<TARGET_FILE:${_program}>;${_case};${_out}/comma.json;${_to}")
+endforeach()
+
+# Files of another kind say what was expected.
+program_test(map_and_log_exchanged 1 "no_beams.log:[0-9]+: not 'key: value'; expected the .yaml file of a map"
+  COMMAND "${_localise};${_in}/empty.txt;${_in}/no_beams.log;--out;${_x}_exchanged;--force")
+program_test(picture_of_a_map 1 "map.pgm: is a picture; expected the .yaml file of a map"
+  COMMAND "${_localise};${_out}/room.log;${_out}/room/map.pgm;--out;${_x}_picture;--force" NEEDS room_log room_run)
+program_test(empty_log 1 "empty.txt: is empty"
+  COMMAND "$<TARGET_FILE:radar_velocity>;${_in}/empty.txt;--out;${_x}")
+program_test(no_log 1 "no line of a robot's log"
+  COMMAND "$<TARGET_FILE:calibrate_robot>;${_in}/walk.csv;--out;${_x}_no_log;--force")
+program_test(cut_off_graph zero "" COMMAND "sh;-c;gzip -c '${_out}/room/graph.g2o' | head -c 1000 >'${_out}/cut.g2o.gz'"
+  NEEDS room_run GIVES cut_off_graph)
+program_test(pose_graph_of_a_cut_off_graph 1 "cut.g2o.gz, byte 1000: the compressed data is cut off\n"
+  COMMAND "${_graph};${_out}/cut.g2o.gz;--out;${_out}/cut.g2o;--force" NEEDS cut_off_graph)
+
+# Where nothing can be written, that is said before anything is read.
+program_test(graph_slam_into_no_folder 1 "empty.txt/x: cannot be created"
+  COMMAND "${_slam};${_in}/junk.mcap;--out;${_in}/empty.txt/x")
+program_test(pose_graph_into_no_folder 1 "nowhere/a.g2o: cannot be written: No such file"
+  COMMAND "${_graph};${_in}/junk.mcap;--out;${_nowhere}/a.g2o")
+
 # In doubt: an optimisation of one iteration, a search that did not end.
 file(WRITE "${_out}/zigzag.g2o" "VERTEX_SE2 0 0 0 0\n")
 foreach(_i RANGE 1 12)
