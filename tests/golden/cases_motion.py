@@ -80,6 +80,7 @@ CASES = [
         "pedestrian_slam {out:head_walk}/walk.log --unit {out:head_walk}/unit.csv --no-steps --no-heading "
         "--out {out}",)),
     Case("pedestrian_slam_study", ("pedestrian_slam_study --seeds 2 --each --quiet",)),
+    Case("pedestrian_slam_study_sweeps", ("pedestrian_slam_study --sweep 181.3 --seed 22 --seeds 1 --each --quiet",)),
     Case("pedestrian_slam_study_hector", ("pedestrian_slam_study --hector --seeds 1 --each --quiet",)),
     Case("pedestrian_slam_study_heading", ("pedestrian_slam_study --heading --seeds 1 --gyro-bias 0.5 "
                                            "--each --quiet",)),
