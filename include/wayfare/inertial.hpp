@@ -6,6 +6,7 @@
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
+#include <wayfare/inertial/ins_measurements.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/inertial/magnetometer_calibration.hpp>

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/filter/ekf.hpp>
+#include <wayfare/inertial/ins_measurements.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 

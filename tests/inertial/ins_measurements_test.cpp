@@ -3,7 +3,7 @@
 #include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
-#include <wayfare/inertial/ins_state.hpp>
+#include <wayfare/inertial/ins_measurements.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/eval/consistency.hpp>
+#include <wayfare/inertial/ins_measurements.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/odometer.hpp>
 #include <wayfare/nav/outage.hpp>

@@ -6,6 +6,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/filter/ekf.hpp>
+#include <wayfare/inertial/ins_measurements.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 

@@ -10,6 +10,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <wayfare/inertial/ins_measurements.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <optional>
 
+#include <wayfare/inertial/ins_measurements.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 
 #include "nav/gnss_ins/receiver_clocks.hpp"

@@ -20,6 +20,7 @@
 #include <wayfare/inertial/ins_model.hpp>
 
 #include "tune/kernels/interval_jacobian.hpp"
+#include "tune/kernels/interval_sums.hpp"
 #include "tune/kernels/kernels.hpp"
 
 namespace wayfare::fitness_kernels {
@@ -47,17 +48,9 @@ class ComposedSteps {
   /// An interval begins at `x`.
   void begin(const State& x) {
     x_ = x;
-    const Matrix3 axes = x.q_nu.matrix(), zero = Matrix3::Constant(T(0));
-    now_.time_s = now_.cubes_s3 = 0.0;
-    now_.axes = now_.axes_before = axes;
-    now_.turn.setConstant(T(0));
-    now_.axes_s = zero;
-    now_.attitude.fill(zero);
-    now_.velocity.fill(zero);
-    now_.position.fill(zero);
-    now_.left.setConstant(T(1));
+    now_.begin(x.q_nu.matrix());
     turned_ = Matrix3::Identity();
-    turned_s_ = zero;
+    turned_s_ = Matrix3::Constant(T(0));
     nodes_ = 0;
     for (Node& n : node_) n.noise_s = n.longer_s2 = 0.0, n.gyro_noise = Vector3::Constant(T(0));
     mark();
@@ -89,11 +82,11 @@ class ComposedSteps {
                                                     noise_.sigma.template segment<3>(0), dt);
     const Vector3 force = Strapdown<T>::beyond_noise(measured.mean_force_mps2, noise_.accel_white,
                                                      noise_.sigma.template segment<3>(3), dt);
-    sum(x_.q_nu.matrix(), measured.velocity_mps,
-        {by_gyro.cwiseProduct(left(0)), by_accel.cwiseProduct(left(1)),
-         by_gyro.cwiseProduct(rate).cwiseProduct(left(2)),
-         by_accel.cwiseProduct(force).cwiseProduct(left(3))},
-        u.dt_s);
+    now_.add(x_.q_nu.matrix(), measured.velocity_mps,
+             {by_gyro.cwiseProduct(left(0)), by_accel.cwiseProduct(left(1)),
+              by_gyro.cwiseProduct(rate).cwiseProduct(left(2)),
+              by_accel.cwiseProduct(force).cwiseProduct(left(3))},
+             u.dt_s);
 
     const Vector12 kept = u.dt_s == nominal_dt_s_ ? kept_ : this->kept(u.dt_s);
     x_.gyro_bias_radps.array() *= kept.template segment<3>(0).array();
@@ -195,23 +188,12 @@ class ComposedSteps {
   using Vector6 = Eigen::Matrix<T, 6, 1>;
   using Vector9 = Eigen::Matrix<T, 9, 1>;
   using Vector12 = Eigen::Matrix<T, 12, 1>;
-  static constexpr std::size_t kTilt = 4;  ///< the attitude about local level
+  using Sums = IntervalSums<T>;
+  static constexpr std::size_t kTilt = Sums::kTilt;
   static constexpr int kMoved = ins_state::kGyroBias;
   static constexpr int kSensors = ins_state::kClock - kMoved;
   static_assert(kMoved == 9 && kSensors == 12);
 
-  /// Integrals since the beginning, in the axes of local level.
-  struct Sums {
-    double time_s, cubes_s3;    ///< since the beginning; sum of the cubes of its steps
-    Matrix3 axes_s;             ///< integral of the axes
-    Matrix3 axes, axes_before;  ///< of the unit, now and before the latest reading
-    Vector3 turn;               ///< of velocity errors by Coriolis forces
-    /// What a unit of each error at the beginning has done: of the sensors, in the order of
-    /// InsNoise, and of the attitude about local level. On the attitude: those of the gyro.
-    std::array<Matrix3, 2> attitude;
-    std::array<Matrix3, 5> velocity, position;
-    Vector12 left;  ///< of a unit of each sensor error
-  };
   struct Node {
     Sums at;
     double noise_s,      ///< time of which the noise is counted here
@@ -233,11 +215,6 @@ class ComposedSteps {
     for (int i = 0; i < kSensors; ++i) factors[i] = sensor_error(i, dt_s).phi;
     return factors;
   }
-  [[nodiscard]] static Matrix3 cross(const Vector3& v, const Matrix3& m) {
-    Matrix3 r;
-    for (int j = 0; j < 3; ++j) r.col(j) = v.cross(m.col(j));
-    return r;
-  }
 
   void mark() {
     if (nodes_ > 0) turn(node_[nodes_ - 1].at);
@@ -249,56 +226,12 @@ class ComposedSteps {
       smooth(node_[nodes_ - 3].at, node_[nodes_ - 2].at, node_[nodes_ - 1].at);
   }
 
-  /// Moves the velocities at the middle of three nodes so that the parabola through them has the
-  /// sum of all readings between; what they are by chance at one reading counts as one of many.
-  static void smooth(const Sums& first, Sums& middle, const Sums& last) {
-    const double a = middle.time_s - first.time_s, b = last.time_s - middle.time_s, t = a + b;
-    // Simpson's rule for unequal panels, and what a sum of trapezoids has more than the integral.
-    const double more = (last.cubes_s3 - first.cubes_s3) / 6.0;
-    const double w0 = t * (2.0 * a - b) / (6.0 * a) + more / (a * t),
-                 w1 = t * t * t / (6.0 * a * b) - more / (a * b),
-                 w2 = t * (2.0 * b - a) / (6.0 * b) + more / (b * t);
-    middle.axes =
-        T(1.0 / w1) * (last.axes_s - first.axes_s - T(w0) * first.axes - T(w2) * last.axes);
-    for (std::size_t k = 0; k < middle.velocity.size(); ++k)
-      middle.velocity[k] = T(1.0 / w1) * (last.position[k] - first.position[k] -
-                                          T(w0) * first.velocity[k] - T(w2) * last.velocity[k]);
-  }
-
   /// Turns velocity errors by what the Coriolis forces did since the node before.
   void turn(const Sums& before) {
-    const T s = T(now_.time_s - before.time_s);
-    const Vector3 turn = now_.turn - before.turn;
-    for (std::size_t b = 0; b < now_.velocity.size(); ++b) {
-      const Matrix3 change = cross(turn, T(0.5) * (before.velocity[b] + now_.velocity[b]));
-      now_.position[b] += T(0.5) * s * change;
-      now_.velocity[b] += change;
-    }
-    const Matrix3 change = cross(turn, turned_);
-    turned_s_ += s * (turned_ + T(0.5) * change);
+    now_.turn_since(before);
+    const Matrix3 change = cross<T>(now_.turn - before.turn, turned_);
+    turned_s_ += T(now_.time_s - before.time_s) * (turned_ + T(0.5) * change);
     turned_ += change;
-  }
-
-  /// `impulse`: velocity gained in the unit's axes; `by`: effects of sensor errors there.
-  void sum(const Matrix3& axes, const Vector3& impulse, const std::array<Vector3, 4>& by,
-           double dt_s) {
-    const T dt = T(dt_s), half = T(0.5 * dt_s);
-    const Vector3 gained = now_.axes * impulse;
-    const auto add = [&](std::size_t b, const Matrix3& change) {
-      now_.position[b] += dt * now_.velocity[b] + half * change;
-      now_.velocity[b] += change;
-    };
-    add(0, -cross(gained, now_.attitude[0]));
-    add(1, now_.axes * by[1].asDiagonal());
-    add(2, -cross(gained, now_.attitude[1]));
-    add(3, now_.axes * by[3].asDiagonal());
-    add(kTilt, -skew(gained));
-    for (std::size_t b = 0; b < 2; ++b) now_.attitude[b] += axes * by[2 * b].asDiagonal();
-    now_.axes_s += half * (now_.axes + axes);
-    now_.axes_before = now_.axes;
-    now_.axes = axes;
-    now_.time_s += dt_s;
-    now_.cubes_s3 += dt_s * dt_s * dt_s;
   }
 
   /// Adds the lower triangle of an effect, its first elements, by itself.
