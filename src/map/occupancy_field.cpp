@@ -13,6 +13,19 @@ constexpr int kBlockBits = 4, kBlock = 1 << kBlockBits;  // divides a tile's sid
 constexpr int kBins = 32, kBinBits = 7;                  // of log-odds 0 … 4 nats
 constexpr float kFarthestCell = 1 << 20;
 
+using Tiles = OccupancyGrid::Tiles;
+
+struct MarkedBlock {
+  const Tiles::Tile* tile;
+  Cell corner;
+
+  /// The maps of many particles do not fit the caches: a block is read some blocks later.
+  void prefetch() const {
+    const std::int16_t* row = tile->data() + Tiles::offset_in_tile(corner);
+    for (int y = 0; y < kBlock; ++y, row += Tiles::kSide) __builtin_prefetch(row);
+  }
+};
+
 Error invalid_field(const char* what) {
   return {ErrorCode::invalid, std::string("OccupancyField: ") + what};
 }
@@ -105,9 +118,8 @@ CellBox OccupancyFieldMaker::reachable_blocks(const CellBox& box, float max_norm
           {high(box.max.x, base_.x), high(box.max.y, base_.y)}};
 }
 
-void OccupancyFieldMaker::stamp_block(const OccupancyGrid::Tiles::Tile& tile, const Cell& corner,
+void OccupancyFieldMaker::stamp_block(const Tiles::Tile& tile, const Cell& corner,
                                       LikelihoodField& view) {
-  using Tiles = OccupancyGrid::Tiles;
   const auto stamp = kernels::best_kernels().stamp;
   const int rows = 2 * radius_ + 1;
   const std::int16_t* row = tile.data() + Tiles::offset_in_tile(corner);
@@ -155,14 +167,21 @@ Result<void> OccupancyFieldMaker::make(const OccupancyGrid& grid, const PointSet
                         {high.x * kBlock + kBlock - 1, high.y * kBlock + kBlock - 1}};
   if (auto ok = view.reset(resolution, covered.grown(radius_), floor); !ok) return ok;
   mark(points, within, resolution);
+  std::vector<MarkedBlock> blocks;
+  blocks.reserve(static_cast<std::size_t>(std::count(marks_.begin(), marks_.end(), 1)));
   const std::uint8_t* marked = marks_.data();
   for (int y = blocks_.min.y; y <= blocks_.max.y; ++y)
     for (int x = blocks_.min.x; x <= blocks_.max.x; ++x, ++marked) {
       if (*marked == 0) continue;
       const Cell corner{x * kBlock, y * kBlock};
-      const auto* tile = grid.tiles().find(OccupancyGrid::Tiles::tile_of(corner));
-      if (tile != nullptr) stamp_block(*tile, corner, view);
+      const auto* tile = grid.tiles().find(Tiles::tile_of(corner));
+      if (tile != nullptr) blocks.push_back({tile, corner});
     }
+  constexpr std::size_t kAhead = 4;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (i + kAhead < blocks.size()) blocks[i + kAhead].prefetch();
+    stamp_block(*blocks[i].tile, blocks[i].corner, view);
+  }
   return {};
 }
 

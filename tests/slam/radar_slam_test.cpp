@@ -1,9 +1,11 @@
 #include <wayfare/slam/radar_slam.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -108,6 +110,33 @@ TEST(RadarSlam, TracksByAnotherMatcher) {
   EXPECT_GT(slam.statistics.matches, 10 * slam.statistics.matches_refused);
   EXPECT_EQ(bytes_of(slam), bytes_of(run_by(GradientMatcher(), 3)));
   EXPECT_EQ(bytes_of(run_by(CorrelativeMatcher())), bytes_of(run(room(), SlamSensors::lidar)));
+}
+
+/// Counts its searches.
+struct CountingMatcher {
+  using Map = LikelihoodField;
+  std::shared_ptr<std::atomic<std::size_t>> searches =
+      std::make_shared<std::atomic<std::size_t>>(0);
+  CorrelativeMatcher matcher = {};
+
+  [[nodiscard]] Result<std::optional<MatchResult>> match(const LikelihoodField& field,
+                                                         const PointSet& points, const SE2d& prior,
+                                                         const SearchWindow& window,
+                                                         const MatchOptions& options) {
+    ++*searches;
+    return matcher.match(field, points, prior, window, options);
+  }
+};
+
+// Searched for each of eight particles, as once, it would be eight times the updates.
+TEST(RadarSlam, OneParticlesMatchIsRefinedInTheMapsOfTheOthers) {
+  const CountingMatcher matcher;
+  const RadarSlamRun slam = run_by(matcher);
+  EXPECT_EQ(bytes_of(slam), bytes_of(run_by(CorrelativeMatcher())));
+  EXPECT_GE(*matcher.searches, slam.statistics.updates - 1);
+  EXPECT_LT(*matcher.searches, 2 * slam.statistics.updates);
+  EXPECT_EQ(slam.statistics.matches + slam.statistics.matches_refused,
+            8 * (slam.statistics.updates - 1));
 }
 
 TEST(RadarSlam, WithoutAMatchParticlesAreDrawnFromTheMotion) {

@@ -87,10 +87,12 @@ struct RbpfStatistics : PieceStatistics {
 /// filter is then given its scans again, which takes as long as they took.
 class RadarSlam {
  public:
-  /// By exhaustive search.
+  /// By exhaustive search and refinement.
   explicit RadarSlam(const RadarSlamOptions& options = {});
-  /// By copies of a matcher, which must not depend on earlier matches. Where it returns an Error,
-  /// or a result that is not valid, the particle is drawn from the motion.
+  /// By copies of a matcher, which must not depend on earlier matches. It finds the best particle's
+  /// pose in a LiDAR scan. Those of the others are refined from there, in their own maps, and found
+  /// by the matcher where they then agree worse; in radar scans it finds all. Where it returns an
+  /// Error, or a result that is not valid, the particle is drawn from the motion.
   template <FieldMatcher M>
   explicit RadarSlam(const M& matcher, const RadarSlamOptions& options = {})
       : RadarSlam(detail::particle_matcher(matcher), options) {}
@@ -234,7 +236,7 @@ struct RadarSlamStreamOptions {
 /// result as long as none lags by more than `sync.max_wait`. Not thread-safe.
 class RadarSlamStream {
  public:
-  /// By exhaustive search, as RadarSlam.
+  /// By exhaustive search and refinement, as RadarSlam.
   explicit RadarSlamStream(const RadarSlamStreamOptions& options = {});
   /// By a matcher, as RadarSlam.
   template <FieldMatcher M>

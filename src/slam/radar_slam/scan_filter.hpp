@@ -78,7 +78,7 @@ class ScanFilter {
     MatcherErrors errors;
     bool now = due(time, sensor, moved_.raw.mean);
     if (enough && !now && sensor == kLidar && options_.match_skipped) {
-      seen = motion_by_match(points, errors);
+      if (const auto match = motion_by_match(points, errors)) seen = match->pose;
       now = seen && due(time, sensor, seen->mean);
     }
     if (enough && now) {
@@ -174,7 +174,7 @@ class ScanFilter {
   /// The motion since the last update, by matching to the best particle's map. Not used as motion
   /// of the next update: the same walls would count twice, and a robot creeping along a corridor
   /// would never seem to have moved.
-  std::optional<Gaussian<SE2d>> motion_by_match(const PointSet& points, MatcherErrors& errors) {
+  std::optional<ScanMatch> motion_by_match(const PointSet& points, MatcherErrors& errors) {
     const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
     const Gaussian<SE2d> moved = without_bias(moved_, best.map.gyro_bias);
     Gaussian<SE2d> expected{best.pose * moved.mean, moved.covariance};
@@ -185,7 +185,7 @@ class ScanFilter {
     statistics_.matches_gated += workers_.front().match[kLidar].take_gated();
     if (!found) return std::nullopt;
     tracked_ = best.pose.inverse() * found->pose.mean;
-    return Gaussian<SE2d>{tracked_, found->pose.covariance};
+    return ScanMatch{{tracked_, found->pose.covariance}, found->score, found->fit, found->widened};
   }
 
   /// Steps 4 to 8.
@@ -195,7 +195,9 @@ class ScanFilter {
     motion.raw.covariance += 1e-10 * Eigen::Matrix3d::Identity();
     const double interval_s = to_seconds(time - updated_);
     const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
-    if (!first && sensor == kLidar) (void)motion_by_match(points, errors);
+    std::optional<ScanMatch> seen_by_best;
+    if (!first && sensor == kLidar) seen_by_best = motion_by_match(points, errors);
+    if (seen_by_best && seen_by_best->widened) seen_by_best.reset();
     const PointSet seen =
         map_due_now && scan != nullptr ? workers_.front().map.walls_of(*scan) : points;
     std::vector<DrawnPose> drawn(options_.particles);
@@ -207,10 +209,12 @@ class ScanFilter {
       predict(bias, options_.gyro_bias, interval_s);
       const Gaussian<SE2d> moved = without_bias(motion, bias);
       const Gaussian<SE2d> expected{particle.pose * moved.mean, moved.covariance};
+      std::optional<ScanMatch> near = seen_by_best;
+      if (near) near->pose.mean = particle.pose * near->pose.mean;
       const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
       const DrawnPose s = first ? DrawnPose{sample(expected, rng)}
-                                : worker.match[sensor].draw_pose(grid, points, expected,
-                                                                 particle.pose * tracked_, rng);
+                                : worker.match[sensor].draw_pose(
+                                      grid, points, expected, particle.pose * tracked_, near, rng);
       wayfare::update(bias, motion,
                       (particle.pose.rotation().inverse() * s.pose.rotation()).angle());
       particle.pose = s.pose;

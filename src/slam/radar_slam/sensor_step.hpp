@@ -23,7 +23,8 @@ namespace wayfare {
 /// A match of a scan with a particle's map.
 struct ScanMatch {
   Gaussian<SE2d> pose;
-  double score = 0.0;
+  double score = 0.0;    ///< of the matcher
+  double fit = 0.0;      ///< the same of the refined pose
   bool widened = false;  ///< found with the inflated motion covariance
 };
 
@@ -44,14 +45,18 @@ class SensorStep {
     proposal_options_.independent_points = options.independent_points;
   }
 
-  /// `expected`: predicted by the motion; `tracked`: by the best particle's matches. The second is
-  /// searched if the agreement around the first is poor.
+  /// `expected`: predicted by the motion; `tracked`: by the best particle's matches, `seen` by the
+  /// one of this scan. The pose is refined from there, if as good as that one; else it is searched
+  /// for around `expected`, then around `tracked` if the agreement is poor.
   [[nodiscard]] DrawnPose draw_pose(const OccupancyGrid& map, const PointSet& points,
-                                    const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng) {
+                                    const Gaussian<SE2d>& expected, const SE2d& tracked,
+                                    const std::optional<ScanMatch>& seen, Rng& rng) {
     const auto about_tracked = [&](const Gaussian<SE2d>& loose) {
       return match_in(map, points, loose, {kNear_m, kNear_m, kNearTurn}, wide_view_);
     };
-    if (const auto found = find(map, points, expected, tracked, about_tracked)) {
+    auto found = seen ? match_near(map, points, expected, *seen) : std::nullopt;
+    if (!found) found = find(map, points, expected, tracked, about_tracked);
+    if (found) {
       const auto prior = found->widened ? inflated(tracked, expected) : expected;
       const auto drawn = proposal_.draw(view_, points, found->pose, prior, rng, proposal_options_);
       if (drawn) return {drawn->T_map_points, drawn->log_evidence, found->score, true};
@@ -77,9 +82,41 @@ class SensorStep {
   }
 
  private:
-  /// Bound on the difference between particles in one motion.
+  /// Usual difference between particles in one motion, beyond that of their proposals.
+  static constexpr double kApart_m = 0.05;
+  static constexpr Angle kApartTurn = Angle::degrees(1.0);
+  static constexpr double kWorse = 0.05;  ///< in the fit
+  /// Bound on the difference.
   static constexpr double kNear_m = 0.2;
   static constexpr Angle kNearTurn = Angle::degrees(8.0);
+
+  /// Refined from `seen`, in the part of the map about it. Nothing if the agreement is worse and
+  /// poor, or the proposal reaches beyond that part although a search would have had more.
+  [[nodiscard]] std::optional<ScanMatch> match_near(const OccupancyGrid& map,
+                                                    const PointSet& points,
+                                                    const Gaussian<SE2d>& expected,
+                                                    const ScanMatch& seen) {
+    const auto extent = [&](const Gaussian<SE2d>& g) -> Eigen::Vector2d {
+      const double along = std::sqrt(g.covariance.diagonal().head<2>().maxCoeff());
+      return proposal_options_.reach_sigmas * Eigen::Vector2d(along, std::sqrt(g.covariance(2, 2)));
+    };
+    const FieldReach searched = reach_of(window_of(expected), map);
+    const FieldReach near{
+        std::min(searched.translation_m, extent(seen.pose).x() + kApart_m + map.resolution_m()),
+        std::min(searched.heading_rad, extent(seen.pose).y() + kApartTurn.radians())};
+    if (!make_view(map, points, seen.pose.mean, near, view_)) return std::nullopt;
+    const auto found =
+        refined(view_, points, seen.pose.mean, expected, expected.covariance.inverse());
+    if (!found || found->fit < std::min(options_.tracked_score, seen.fit - kWorse))
+      return std::nullopt;
+    const Eigen::Vector3d off = found->pose.mean.minus(seen.pose.mean);
+    const Eigen::Vector2d reached =
+        extent(found->pose) + Eigen::Vector2d(off.head<2>().norm(), std::abs(off.z()));
+    if ((reached.x() > near.translation_m && near.translation_m < searched.translation_m) ||
+        (reached.y() > near.heading_rad && near.heading_rad < searched.heading_rad))
+      return std::nullopt;
+    return found;
+  }
 
   /// `elsewhere(motion)` searches again if the agreement at `expected` is poor.
   template <class Elsewhere>
@@ -111,13 +148,16 @@ class SensorStep {
             Angle::radians(std::min(turn, options_.max_turn_correction.radians()))};
   }
 
+  [[nodiscard]] static FieldReach reach_of(const SearchWindow& window, const OccupancyGrid& map) {
+    return {std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
+            window.half_heading.radians()};
+  }
+
   [[nodiscard]] std::optional<ScanMatch> match_in(const OccupancyGrid& map, const PointSet& points,
                                                   const Gaussian<SE2d>& expected,
                                                   const SearchWindow& window,
                                                   LikelihoodField& view) {
-    const FieldReach reach{std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
-                           window.half_heading.radians()};
-    if (!make_view(map, points, expected.mean, reach, view)) return std::nullopt;
+    if (!make_view(map, points, expected.mean, reach_of(window, map), view)) return std::nullopt;
     const Eigen::Matrix3d information = expected.covariance.inverse();
     const auto coarse = matcher_->match(view, every_kth(points, options_.search_points),
                                         expected.mean, window, match_options(information));
@@ -127,7 +167,7 @@ class SensorStep {
       errors_.add(ok.error());
       return std::nullopt;
     }
-    return refined(view, points, **coarse, expected, information);
+    return refined(view, points, (*coarse)->T_map_points, expected, information, (*coarse)->score);
   }
 
   /// A wide window, by branch and bound.
@@ -142,7 +182,8 @@ class SensorStep {
     const auto coarse =
         far_matcher_.match(pyramid_, points, expected.mean, window, match_options(information));
     if (!coarse || !*coarse) return std::nullopt;
-    return refined(wide_view_, points, **coarse, expected, information);
+    return refined(wide_view_, points, (*coarse)->T_map_points, expected, information,
+                   (*coarse)->score);
   }
 
   [[nodiscard]] bool make_view(const OccupancyGrid& map, const PointSet& points,
@@ -161,12 +202,14 @@ class SensorStep {
     return result;
   }
 
-  /// Refined from the best cell, then combined with the motion as a prior.
+  /// Refined from `start`, then combined with the motion as a prior. `score`: that of a search;
+  /// without, of the refined pose.
   [[nodiscard]] std::optional<ScanMatch> refined(const LikelihoodField& view,
-                                                 const PointSet& points, const MatchResult& coarse,
+                                                 const PointSet& points, const SE2d& start,
                                                  const Gaussian<SE2d>& expected,
-                                                 const Eigen::Matrix3d& information) {
-    const auto fine = refine(view, points, coarse.T_map_points);
+                                                 const Eigen::Matrix3d& information,
+                                                 std::optional<double> score = std::nullopt) {
+    const auto fine = refine(view, points, start);
     if (!fine) return std::nullopt;
     const Eigen::Vector3d moved = fine->T_map_points.minus(expected.mean);
     if (std::abs(moved.y()) > options_.gate.lateral_m ||
@@ -182,7 +225,8 @@ class SensorStep {
     if (correction.head<2>().norm() > options_.max_correction_m ||
         std::abs(correction[2]) > options_.max_turn_correction.radians())
       return std::nullopt;
-    return ScanMatch{{pose, both.solve(Eigen::Matrix3d::Identity())}, coarse.score};
+    return ScanMatch{
+        {pose, both.solve(Eigen::Matrix3d::Identity())}, score.value_or(fine->score), fine->score};
   }
 
   /// Log posterior of a match given scan and motion, up to a constant.
