@@ -128,7 +128,7 @@ struct CountingMatcher {
   }
 };
 
-// Searched for each of eight particles, as once, it would be eight times the updates.
+// With a search for each of the eight particles there would be eight times as many.
 TEST(RadarSlam, OneParticlesMatchIsRefinedInTheMapsOfTheOthers) {
   const CountingMatcher matcher;
   const RadarSlamRun slam = run_by(matcher);
