@@ -105,8 +105,10 @@ class SensorStep {
         std::min(searched.translation_m, extent(seen.pose).x() + kApart_m + map.resolution_m()),
         std::min(searched.heading_rad, extent(seen.pose).y() + kApartTurn.radians())};
     if (!make_view(map, points, seen.pose.mean, near, view_)) return std::nullopt;
+    const std::size_t gated = gated_;
     const auto found =
         refined(view_, points, seen.pose.mean, expected, expected.covariance.inverse());
+    gated_ = gated;  // the search that follows counts its own
     if (!found || found->fit < std::min(options_.tracked_score, seen.fit - kWorse))
       return std::nullopt;
     const Eigen::Vector3d off = found->pose.mean.minus(seen.pose.mean);
