@@ -76,7 +76,7 @@ class TuneProgram : public ::testing::Test {
                    "--out",
                    (folder_ / out).string(),
                    "--population",
-                   "120",
+                   "32",
                    "--generations",
                    "8",
                    "--threads",
