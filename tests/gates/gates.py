@@ -106,6 +106,7 @@ def addresses(run, places):
         "ASAN_OPTIONS": "detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1",
         "UBSAN_OPTIONS": "print_stacktrace=1"},
         exclude=ELSEWHERE | {r"^Ros2FastDds": "Fast DDS deletes objects as another type: gate tests",
+                             r"^programs\.rtklib_points": "RTKLIB leaks: gate tests",
                              r"TakeNoMemory$": "the sanitizer keeps what was freed: gate tests",
                              DRIVES: "statistics over hours of drives: gate tests"}, places=places)
 

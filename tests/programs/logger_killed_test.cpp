@@ -37,6 +37,8 @@ pid_t start_logger(const std::string& config, const std::string& errors = "/dev/
   ::dup2(fd, 2);
   const rlimit most{limit, limit};
   ::setrlimit(RLIMIT_FSIZE, &most);
+  // A coverage profile cut short would spoil those of later runs.
+  if (limit != RLIM_INFINITY) ::setenv("LLVM_PROFILE_FILE", "/dev/null", 1);
   ::execl(WAYFARE_LOGGER, "logger", "--config", config.c_str(), "--record", "--quiet",
           static_cast<char*>(nullptr));
   ::_exit(127);

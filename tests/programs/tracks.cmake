@@ -16,11 +16,11 @@ foreach(_file IN ITEMS track.gpx track.nmea track.pos track_ecef.pos)
     COMMAND "${_compare};${_tracks}/${_file};${_tracks}/truth.txt" NEEDS tracks)
 endforeach()
 program_test(compare_tracks_outputs 0 "time offset +-1[.]2[0-9]+ s.*along"
-  COMMAND "${_compare};${_tracks}/track.gpx;${_tracks}/truth.txt;--offset;-1.2;--search-offset;0;--out;${_out}/compared;--json;${_out}/compared.json;--force"
-  FILES "${_out}/compared/errors.csv;${_out}/compared/errors.svg;${_out}/compared/plan.svg;${_out}/compared/report.html;${_out}/compared.json"
-  NEEDS tracks GIVES compared)
+  COMMAND "${_compare};${_tracks}/track.gpx;${_tracks}/truth.txt;--offset;-1.2;--search-offset;0;--out;${_out}/compared_tracks;--json;${_out}/compared_tracks.json;--force"
+  FILES "${_out}/compared_tracks/errors.csv;${_out}/compared_tracks/errors.svg;${_out}/compared_tracks/plan.svg;${_out}/compared_tracks/report.html;${_out}/compared_tracks.json"
+  NEEDS tracks GIVES compared_tracks)
 program_test(compare_tracks_keeps_what_is_there 1 "errors.csv: already exists"
-  COMMAND "${_compare};${_tracks}/track.gpx;${_tracks}/truth.txt;--out;${_out}/compared" NEEDS tracks compared)
+  COMMAND "${_compare};${_tracks}/track.gpx;${_tracks}/truth.txt;--out;${_out}/compared_tracks" NEEDS tracks compared_tracks)
 
 # A kilometre in TUM text, its clock 0.75 s late, turned by 30 degrees and, as the digits are few, 2e-5
 # shorter: 1 ms of the offset.
